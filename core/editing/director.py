@@ -47,11 +47,14 @@ class Director:
         edits: Sequence[dict],
         progress: Callable[[str, float], None] = lambda stage, value: None,
         cancelled: Callable[[], bool] = lambda: False,
+        forgiven: int = 0,
     ) -> Result:
         """Return the take of a request after ``edits`` (:mod:`edits`), with warnings on what could not be achieved.
 
-        The same request, edits and checkpoint give the same motion. Raises what :meth:`Session.synthesize` raises, and
-        :class:`UsageError` for edits that cannot be applied, and if the request is for several takes.
+        The same request, edits and checkpoint give the same motion. Of the first ``forgiven`` edits those that cannot be
+        applied are passed over with a warning; their numbers, from 0, are ``meta["unmet"]``. Raises what
+        :meth:`Session.synthesize` raises, and :class:`UsageError` for other edits that cannot be applied, and if the request
+        is for several takes.
         """
         if request.takes != 1:
             raise UsageError(f"{request.takes} takes cannot be directed at once.", "Ask for the one that the edits are about.")
@@ -61,7 +64,7 @@ class Director:
         if not states:
             result = self.session.synthesize(request, progress, cancelled)
             states = [("", State.of(result.motions[0], result.warnings))]
-        self._states[key] = states = self._continue(request, states, edits, stages)
+        self._states[key] = states = self._continue(request, states, edits, stages, forgiven)
         for old in list(self._states)[:-_MAX_TAKES]:
             del self._states[old]
         state = states[-1][1]
@@ -94,7 +97,7 @@ class Director:
         return state.motion, list(state.warnings)
 
     def _continue(
-        self, request: Request, cached: list[tuple[str, State]], edits: list[dict], stages: Stages
+        self, request: Request, cached: list[tuple[str, State]], edits: list[dict], stages: Stages, forgiven: int = 0
     ) -> list[tuple[str, State]]:
         """Return the states after each edit, each with its edit as JSON, reusing ``cached`` ones of the same first edits."""
         same = 0
@@ -105,7 +108,7 @@ class Director:
         if same < len(edits):
             filler = Regenerator(self.session, request, stages)
             for number in range(same, len(edits)):
-                state = edit_actions.apply_edit(filler, states[-1][1], edits[number], number + 1)
+                state = edit_actions.apply_edit(filler, states[-1][1], edits[number], number + 1, number < forgiven)
                 states.append((texts[number], state))
         return states
 

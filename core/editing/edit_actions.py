@@ -8,7 +8,8 @@ import numpy as np
 from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
-from . import frame_ranges, gestures, regeneration, semantic_gestures, stroke_core, stroke_placement, transitions
+from . import frame_ranges, gestures, quieting, regeneration, semantic_gestures, stroke_core, stroke_placement
+from .edits import OFF
 from .gestures import BEAT, Gesture
 from .regeneration import Regenerator
 from .targets import LOOSE, State, StrokeTarget, best_attempt
@@ -17,16 +18,19 @@ GIVE_WAY = 0.8
 """Seconds around a stroke in which other gestures are given up in a second try, where the first one failed beside them."""
 SHORTEST = 0.6
 """Least seconds of a range that can be regenerated."""
-_DISTURBANCE_COST = 0.25
-"""What each neighbour that a deletion disturbs adds to its miss."""
 _WARN_EXCESS = 0.005
 """Share by which joins may be more sudden than the take without a warning."""
 _LEAD_SECONDS = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
 """Lengths of the transitions to and from a fixed pose; the shortest one with joins as smooth as the take is used."""
 
 
-def apply_edit(filler: Regenerator, state: State, edit: dict, number: int) -> State:
-    """Apply one more edit, the ``number``-th; raises :class:`UsageError` if it cannot be applied."""
+def apply_edit(filler: Regenerator, state: State, edit: dict, number: int, forgiven: bool = False) -> State:
+    """Apply one more edit, the ``number``-th, unless it is switched off.
+
+    Raises :class:`UsageError` if it cannot be applied; if that is ``forgiven``, it is passed over with a warning.
+    """
+    if edit.get(OFF):
+        return _noted(state, state, edit)
     filler = filler if edit["do"] == "style" else filler.turned(state.changes)
     try:
         result, miss = _ACTIONS[edit["do"]](filler, state, edit, 0.0)
@@ -34,20 +38,29 @@ def apply_edit(filler: Regenerator, state: State, edit: dict, number: int) -> St
             second, off = _ACTIONS[edit["do"]](filler, state, edit, GIVE_WAY)
             result, miss = (second, off) if off < miss else (result, miss)
     except UsageError as error:
-        raise UsageError(f"Edit {number} cannot be done: {error.message}", error.remedy) from error
-    warnings = state.warnings
+        if not forgiven:
+            raise UsageError(f"Edit {number} cannot be done: {error.message}", error.remedy) from error
+        warning = f"Edit {number} ({edit['do']}) was left out: {error.message}"
+        meta = {**state.motion.meta, "unmet": [*state.motion.meta.get("unmet", []), number - 1]}
+        passed = replace(state, motion=replace(state.motion, meta=meta), warnings=(*state.warnings, warning))
+        return _noted(state, passed, edit)
+    warnings = result.warnings
     if miss > 1:
         warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
-    before, touched = state.motion.meta, _changed_seconds(state.motion, result.motion)
-    places = [(round(start * skeleton.FPS), round(stop * skeleton.FPS) + 1) for start, stop in touched]
+    places = [(round(a * skeleton.FPS), round(b * skeleton.FPS) + 1) for a, b in _changed_seconds(state.motion, result.motion)]
     excess = 0.0 if edit["do"] == "style" else regeneration.speed_excess(state.motion, result.motion, places)
     if excess > _WARN_EXCESS:
         warnings += (
             f"Edit {number} ({edit['do']}) moves up to {excess:.0%} more suddenly than the take does: give it more room.",
         )
-    meta = {**result.motion.meta, "edits": [*before.get("edits", []), edit]}
-    meta["touched"] = [*before.get("touched", []), touched]
-    return replace(result, motion=replace(result.motion, meta=meta), warnings=warnings)
+    return _noted(state, replace(result, warnings=warnings), edit)
+
+
+def _noted(before: State, after: State, edit: dict) -> State:
+    """Return the state ``after`` an edit with the edit, and what it touched, in its provenance."""
+    meta = {**after.motion.meta, "edits": [*before.motion.meta.get("edits", []), edit]}
+    meta["touched"] = [*before.motion.meta.get("touched", []), _changed_seconds(before.motion, after.motion)]
+    return replace(after, motion=replace(after.motion, meta=meta))
 
 
 def _changed_seconds(before: Motion, after: Motion) -> list[list[float]]:
@@ -98,32 +111,6 @@ def _move(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[
         calmer, off = stroke_placement.place_stroke(filler, state, edit, places, calm, aim, whole, nearer)
         moved, miss = (calmer, off) if off < miss else (moved, miss)
     return replace(moved, motion=semantic_gestures.record_meant(moved.motion, places, [(gesture.kind, edit["to"])])), miss
-
-
-def _delete(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
-    gesture, others = _gesture(state, edit["at"], apart)
-    frames, seconds = len(state.motion.directions), frame_ranges.WANTED if not apart else 2 * frame_ranges.WANTED
-    places = [frame_ranges.range_around(others, *_stroke_frames(gesture), frames, seconds)]
-    if apart and places == [frame_ranges.range_around(_gesture(state, edit["at"], 0.0)[1], *_stroke_frames(gesture), frames)]:
-        return state, np.inf  # no more room than before
-    alone = frame_ranges.range_around(others, *_stroke_frames(gesture), frames, seconds, 0.0)
-    regenerated = state.motion
-
-    def make(attempt: int, seed: int) -> Motion:
-        nonlocal regenerated
-        if attempt == 0:
-            regenerated = filler.fill(state.motion, places, None, seed, state.held, whole=gesture.kind != BEAT)[0]
-            return regenerated
-        place, former = (alone, state.motion) if attempt < 3 else (places[0], regenerated)
-        straight = regeneration.interpolate_arms(former, place, state.held)
-        return straight if attempt % 2 else transitions.slow_transitions(state.motion, straight, [place], state.held)
-
-    def miss(motion: Motion) -> float:
-        off = 2 * gestures.residual_stroke(motion, gesture, others) / gesture.size
-        return off if off > 1 else min(off + _DISTURBANCE_COST * gestures.count_disturbed(motion, gesture, others), 1.0)
-
-    deleted, off = best_attempt(filler, state, edit, places, make, miss, tries=5)
-    return replace(state, motion=semantic_gestures.record_meant(deleted, places, [])), off
 
 
 def _change(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -291,7 +278,8 @@ def _fix(filler: Regenerator, state: State, edit: dict, core: stroke_core.Stroke
 
 _ACTIONS: dict[str, Callable[[Regenerator, State, dict, float], tuple[State, float]]] = {
     "move": _move,
-    "delete": _delete,
+    "delete": quieting.delete,
+    "rest": quieting.rest_range,
     "change": _change,
     "add": _add,
     "reroll": _reroll,

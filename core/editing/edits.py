@@ -47,22 +47,36 @@ def _whole(low: int) -> Callable[[object], int]:
     return read
 
 
-def _hand(value: object) -> str:
-    if not isinstance(value, str) or value not in HANDS:
-        raise ValueError(f"not one of {', '.join(HANDS)}")
-    return value
-
-
-def _one_hand(value: object) -> str:
-    if not isinstance(value, str) or value not in HANDS[:2]:
-        raise ValueError("not left or right")
-    return value
-
-
 def _name(value: object) -> str:
     if not isinstance(value, str) or not 0 < len(value.strip()) <= _MAX_NAME:
         raise ValueError("not a word")
     return value.strip()
+
+
+def _flag(value: object) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError("not true or false")
+    return value
+
+
+def _times(value: object) -> float | list[float]:
+    """Read a time, or a list of several."""
+    if isinstance(value, (list, tuple)):
+        if not 0 < len(value) <= MOST:
+            raise ValueError("no list of times")
+        return [_seconds(one) for one in value]
+    return _seconds(value)
+
+
+def _one_of(*choices: str) -> Callable[[object], str]:
+    """Return a reader of one of these words."""
+
+    def read(value: object) -> str:
+        if not isinstance(value, str) or value not in choices:
+            raise ValueError(f"not one of {', '.join(choices)}")
+        return value
+
+    return read
 
 
 def _vectors(*shape: int, unit: bool = False) -> Callable[[object], list]:
@@ -82,19 +96,24 @@ def _vectors(*shape: int, unit: bool = False) -> Callable[[object], list]:
     return read
 
 
-_SHAPES = {"kind": _name, "hand": _hand, "size": _size}
+RESTS = ("none", "calmer", "fewer")
+"""What a rest leaves of a range: no strokes, smaller and lower ones, or the larger half of them."""
+_SHAPES = {"kind": _name, "hand": _one_of(*HANDS), "size": _size}
 _Readers = dict[str, Callable[[Any], Any]]
 ACTIONS: dict[str, tuple[_Readers, _Readers]] = {
     "move": ({"at": _seconds, "to": _seconds}, {}),
-    "delete": ({"at": _seconds}, {}),
+    "delete": ({"at": _times}, {}),
+    "rest": ({"from": _seconds, "to": _seconds}, {"how": _one_of(*RESTS)}),
     "change": ({"at": _seconds}, _SHAPES),
     "add": ({}, {"at": _seconds, "word": _name, "nth": _whole(1), **_SHAPES}),
     "reroll": ({"from": _seconds, "to": _seconds}, {"seed": _whole(0)}),
     "style": ({"at": _seconds, "style": _name}, {}),
     "pose": ({"at": _seconds, "directions": _vectors(9, 3, unit=True)}, {}),
-    "place": ({"from": _seconds, "to": _seconds, "hand": _one_hand, "place": _vectors(3)}, {}),
+    "place": ({"from": _seconds, "to": _seconds, "hand": _one_of(*HANDS[:2]), "place": _vectors(3)}, {}),
 }
 """Kind of edit -> its required keys and its optional keys, each with the function that reads and checks its value."""
+OFF = "off"
+"""Key that any edit may have; with ``true`` it stays in the document and is not done."""
 
 
 def check(edits: object) -> list[dict]:
@@ -121,7 +140,7 @@ def _read(edit: object) -> dict:
     if not isinstance(action, str) or action not in ACTIONS:
         raise ValueError(f"it does not do one of {', '.join(ACTIONS)}")
     required, optional = ACTIONS[action]
-    readers = required | optional
+    readers = required | optional | {OFF: _flag}
     unknown = edit.keys() - readers.keys() - {"do"}
     if unknown:
         raise ValueError(f"{action} has no {sorted(map(str, unknown))[0]!r}")
@@ -149,6 +168,11 @@ def _check_keys_together(action: str, edit: dict) -> None:
         raise ValueError("it needs a time or a word")
     if "nth" in edit and "word" not in edit:
         raise ValueError("nth counts words, and there is none")
+
+
+def active(edits: Iterable[Mapping]) -> list[Mapping]:
+    """Return the edits that are not switched off."""
+    return [edit for edit in edits if not edit.get(OFF)]
 
 
 def load(path: str | PathLike) -> list[dict]:

@@ -23,10 +23,6 @@ _BOTH_SHARE = 0.55
 """Share of the faster wrist's speed from which the slower hand takes part in the gesture."""
 _MAX_PREPARATION, _MAX_RELEASE = 0.8, 0.9
 """Longest preparation and release in seconds."""
-_SAME_SECONDS = 0.08
-"""Largest difference in time between strokes of two takes that count as the same one."""
-_NEIGHBOUR_SECONDS = 2.5
-"""Largest distance in time of gestures that a deletion may disturb."""
 _MATCH_SECONDS = 0.35
 """Largest distance in time between a stroke and the word or semantic gesture that belongs to it."""
 
@@ -69,8 +65,7 @@ def find_gestures(motion: Motion, around: float | None = None, within: float = 0
     words = _TimedNames([(word, 0.5 * (start + end)) for word, start, end in motion.words])
     speed, fps = wrist_speeds(motion.directions, motion.fps), motion.fps
     faster = speed.max(1)
-    places = [] if len(speed) < 3 else peaks.find_peaks(faster, PROMINENCE, round(APART * fps), 0.5).places
-    places = [place for place in places if faster[place] > SPEED]
+    places = _stroke_places(faster, fps)
     faster = faster.tolist()
     rows = list(range(len(places)))
     if around is not None:
@@ -94,6 +89,18 @@ def find_gestures(motion: Motion, around: float | None = None, within: float = 0
     return detected
 
 
+def stroke_times(directions: np.ndarray, fps: float = skeleton.FPS) -> list[float]:
+    """Return the seconds of the strokes of directions ``(frames, 9, 3)``, as :func:`find_gestures` finds them."""
+    faster = wrist_speeds(directions, fps).max(1)
+    return [(place + _peak_offset(faster.tolist(), place)) / fps for place in _stroke_places(faster, fps)]
+
+
+def _stroke_places(faster: np.ndarray, fps: float) -> list[int]:
+    """Return the frames of strokes: peaks of the faster wrist's speed ``(frames,)``."""
+    places = [] if len(faster) < 3 else peaks.find_peaks(faster, PROMINENCE, round(APART * fps), 0.5).places
+    return [int(place) for place in places if faster[place] > SPEED]
+
+
 def normalize_word(word: str) -> str:
     """Return a word of a transcript in lower case and without punctuation, as edits name it."""
     return word.lower().strip(".,;:!?\"'()…-–—")
@@ -115,22 +122,6 @@ def nearest_of(candidates: Sequence[Gesture], at: float, within: float = 0.25) -
 def nearest_gesture(motion: Motion, at: float, within: float = 0.25) -> Gesture | None:
     """Return :func:`nearest_of` of the gestures of a motion, without detecting all of them."""
     return nearest_of(find_gestures(motion, at, within), at, within)
-
-
-def residual_stroke(motion: Motion, deleted: Gesture, others: Sequence[Gesture]) -> float:
-    """Return the size in metres of a stroke that is left at the time of a deleted one and is none of the ``others``, or 0."""
-    strangers = [one for one in find_gestures(motion) if nearest_of(others, one.at, _SAME_SECONDS) is None]
-    remaining = nearest_of(strangers, deleted.at, deleted.hold - deleted.stroke)
-    return 0.0 if remaining is None else remaining.size
-
-
-def count_disturbed(motion: Motion, deleted: Gesture, others: Sequence[Gesture]) -> int:
-    """Count the ``others`` near a deleted gesture whose strokes moved or vanished, plus the gestures that are new there."""
-    length = deleted.hold - deleted.stroke
-    now = [one for one in find_gestures(motion, deleted.at, _NEIGHBOUR_SECONDS) if abs(one.at - deleted.at) > length]
-    near_by = [one for one in others if abs(one.at - deleted.at) <= _NEIGHBOUR_SECONDS]
-    lost = sum(nearest_of(now, one.at, _SAME_SECONDS) is None for one in near_by)
-    return lost + max(len(now) - len(near_by) + lost, 0)
 
 
 def leading_hand(speed: np.ndarray) -> str:

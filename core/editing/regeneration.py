@@ -46,6 +46,12 @@ class Regenerator:
         """Seconds at which the style changes."""
         return [at for at, _ in self.request.changes]
 
+    def rest_pose(self, motion: Motion) -> np.ndarray:
+        """Return the performer's rest pose in every frame of a motion ``(frames, 9, 3)``, breathing and swaying."""
+        frames, request = len(motion.directions), self.request
+        pose = self.performers.rest(frames) + rest.idle_offsets(frames, motion.fps, request.keyed_seed + request.take)
+        return request.as_performed(skeleton.normalize(pose))
+
     def attempt_seed(self, edit: dict, attempt: int) -> int:
         """Return the seed of an attempt at an edit of this take."""
         request = self.request

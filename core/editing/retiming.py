@@ -73,8 +73,8 @@ def _face(request: Request, heard: SpeechFeatures, motion: Motion) -> Face | Non
 def shift_meta(meta: Mapping, there: TimeMap) -> dict:
     """Return provenance with all times mapped to the new recording: those of edits, curves, styles, semantic gestures."""
 
-    def at(seconds: float) -> float:
-        return round(max(float(there.there(seconds)), 0.0), 4)
+    def at(seconds: Any) -> Any:
+        return [at(one) for one in seconds] if isinstance(seconds, list) else round(max(float(there.there(seconds)), 0.0), 4)
 
     result = dict(meta)
     if "edits" in result:

@@ -9,6 +9,7 @@ from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
 from . import gestures, regeneration, transitions
+from .edits import active
 from .frame_ranges import FrameRange
 from .regeneration import Regenerator
 
@@ -50,7 +51,7 @@ class State:
 
     def after(self, edits: Sequence[dict]) -> "State":
         """Return the state of a motion that contains these edits: with their style changes, and the frames that they fix."""
-        held, fps = self.held.copy(), self.motion.fps
+        edits, held, fps = active(edits), self.held.copy(), self.motion.fps
         for edit in edits:
             if edit["do"] in ("pose", "place"):
                 first, last = (edit["at"], edit["at"]) if edit["do"] == "pose" else (edit["from"], edit["to"])

@@ -205,8 +205,12 @@ class Worker:
     def _generate(
         self, params: dict, every: list["Request"], progress: Callable[[str, float], None], cancelled: Callable[[], bool]
     ) -> list["Result"]:
-        """Return the results of all requests; a single one may have ``edits`` (:mod:`direction.edits`)."""
-        session, edits = self._open(params), params.get("edits")
+        """Return the results of all requests; a single one may have ``edits`` (:mod:`editing.edits`), the first ``forgiven`` of
+        which are left out where they cannot be done.
+        """
+        session, edits, forgiven = self._open(params), params.get("edits"), params.get("forgiven", 0)
+        if not isinstance(forgiven, int):
+            raise UsageError("The parameter forgiven is no number.", "Give how many edits may be left out.")
         if edits is None:
             return session.synthesize_all(every, progress, cancelled)
         if len(every) > 1:
@@ -214,7 +218,7 @@ class Worker:
         from ..editing.director import Director
 
         self._director = self._director or Director(session)
-        return [self._director.direct(every[0], edits, progress, cancelled)]
+        return [self._director.direct(every[0], edits, progress, cancelled, forgiven)]
 
     def _open(self, params: dict) -> "Session":
         """Return the session with these models; only the last one is kept, to bound memory."""
@@ -241,7 +245,7 @@ def _check_params(params: dict) -> dict[str, Any]:
 
     Raises :class:`UsageError` for unknown names and for values of the wrong type.
     """
-    unknown = set(params) - set(_PARAMETERS) - set(_MODELS) - {"output_dir", "styles", "edits"}
+    unknown = set(params) - set(_PARAMETERS) - set(_MODELS) - {"output_dir", "styles", "edits", "forgiven"}
     if unknown:
         raise UsageError(f"There is no parameter {sorted(unknown)[0]!r}.", f"Parameters are {', '.join(_PARAMETERS)}.")
     options = {name: params[name] for name in _PARAMETERS if params.get(name) is not None}

@@ -1,6 +1,5 @@
 """Gestures are found where arms make them, with their phases, hands and sizes."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -74,13 +73,3 @@ def test_the_nearest_one_is_that_of_all(at):
     assert len(gestures.find_gestures(motion)) == 2
     for within in (0.25, 0.6):
         assert gestures.nearest_gesture(motion, at, within) == gestures.nearest_of(gestures.find_gestures(motion), at, within)
-
-
-def test_strokes_that_do_not_stay_beside_a_deleted_one_are_counted():
-    before, elsewhere = swinging(2.0), swinging(2.5)
-    (one,) = gestures.find_gestures(before)
-    deleted = replace(one, stroke=3.4, at=3.5, hold=3.6)
-    assert gestures.count_disturbed(before, deleted, [one]) == 0
-    assert gestures.count_disturbed(Motion(np.repeat(before.directions[:1], 90, 0)), deleted, [one]) == 1
-    assert gestures.count_disturbed(elsewhere, deleted, [one]) == 2  # one is lost, one is new
-    assert gestures.count_disturbed(before, deleted, []) == 1
