@@ -170,7 +170,7 @@ def _check_keys_together(action: str, edit: dict) -> None:
         raise ValueError("nth counts words, and there is none")
 
 
-def active(edits: Iterable[Mapping]) -> list[Mapping]:
+def active(edits: Iterable[dict]) -> list[dict]:
     """Return the edits that are not switched off."""
     return [edit for edit in edits if not edit.get(OFF)]
 
