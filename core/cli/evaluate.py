@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     if options.talk:
         return _talk(options)
     if options.listens:
-        return evaluate_listens.run(options, people)
+        return evaluate_listens.run(options, people, options.checkpoint)
     for name in ("data", "speech", "report"):
         if getattr(options, name) is None:
             raise UsageError(f"--{name} is required.", "Name the folder, or measure faces alone with --faces.")

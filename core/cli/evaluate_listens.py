@@ -30,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--pairs", metavar="N", type=int, default=90, help=pairs)
 
 
-def run(options: argparse.Namespace, people: list[Path]) -> int:
+def run(options: argparse.Namespace, people: list[Path], weights: Path | None) -> int:
     """Print the table; write it and all figures to the folder of the report, if there is one."""
     if not 2 <= options.pairs <= MOST_PAIRS:
         raise UsageError(f"{options.pairs} pairs were asked for.", f"Ask for 2 to {MOST_PAIRS}.")
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace, people: list[Path]) -> int:
     with Progress() as progress:
         progress("listen to people", 0)
         spoken = human_recordings.load_recordings(people, None if options.human is not None else options.material)
-        setting = summary.Setting(options.checkpoint, spoken, options.acted, reading, corpus, options.pairs)
+        setting = summary.Setting(weights, spoken, options.acted, reading, corpus, options.pairs)
         result = summary.evaluate(setting, progress)
     table = summary.page(result)
     print(table)

@@ -29,9 +29,10 @@ def configure(verbs: Any) -> None:
         "ablations published-no-mfcc and published-no-affect where they have been made, and default)"
     )
     parser.add_argument("--row", metavar="TITLE=CHECKPOINT", action="append", default=[], help=rows)
-    parser.add_argument("--style", metavar="NAME", default="", help="who performs recordings, in the rows that know the name")
+    who = "who performs recordings, in the rows that know the name"
+    parser.add_argument("--style", dest="performer", metavar="NAME", default="", help=who)
     parser.add_argument("--seconds", metavar="X", type=float, default=8.0, help="length of an excerpt (default 8)")
-    parser.add_argument("--seed", metavar="N", type=int, default=0)
+    parser.add_argument("--seed", dest="number", metavar="N", type=int, default=0)
     parser.add_argument("-o", "--output", metavar="PAGE.html", type=Path, required=True)
 
 
@@ -50,9 +51,9 @@ def run(options: argparse.Namespace) -> int:
         if options.data:
             excerpts = figure.from_corpus(options.data, Path(folder), options.count, options.seconds)
         else:
-            excerpts = [_recording(path, options.style) for path in options.audio]
+            excerpts = [_recording(path, options.performer) for path in options.audio]
         figure.write(
-            excerpts, rows, options.output, options.seed, options.seconds, lambda value: progress("perform", value)
+            excerpts, rows, options.output, options.number, options.seconds, lambda value: progress("perform", value)
         )
     print(f"{options.output}: {len(excerpts)} excerpts, {', '.join(rows)}")
     return 0
