@@ -119,8 +119,7 @@ class Regenerator:
         progress = self.stages.within("generate")
         drawn = generation.generate(checkpoint, drawn_from, [seeded], progress, self.stages.cancelled)
         performers = replace(self.performers, request=request)
-        refined = postprocess.correct(checkpoint, heard, performers, drawn)
-        return postprocess.express(checkpoint, heard, performers, refined)[0]
+        return postprocess.express(checkpoint, heard, performers, drawn)[0]
 
 
 def interpolate_arms(

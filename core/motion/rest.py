@@ -13,7 +13,7 @@ SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
 SETTLE_TIME = 1.2  # seconds until they are at rest
 RAISE_TIME = 0.5  # seconds before speech in which control returns to the network
 
-_SOFTEN_SIGMA = 0.7  # frames; matches the jerk of captured gestures at equal speed
+_SOFTEN_SIGMA = 0.7  # frames; matches the jerk of captured gestures at equal speed, and of captured fingers
 _MAX_ANGLE = np.radians(170)  # from rest; beyond it interpolation to rest could flip direction
 
 # Amplitudes by edge, in radians: breathing (front-back, up-down) and swaying (side, front).
@@ -128,7 +128,12 @@ def restore_amplitude(directions: np.ndarray, gain: np.ndarray | float, pose: np
 
 def remove_jitter(directions: np.ndarray) -> np.ndarray:
     """Remove jitter from directions ``(frames, 9, 3)`` by light smoothing in time."""
-    return skeleton.normalize(gaussian(directions, _SOFTEN_SIGMA)).astype(np.float32)
+    return skeleton.normalize(remove_jitter_of_numbers(directions)).astype(np.float32)
+
+
+def remove_jitter_of_numbers(track: np.ndarray) -> np.ndarray:
+    """Remove jitter from any numbers ``(frames, ...)`` as from directions."""
+    return gaussian(track, _SOFTEN_SIGMA).astype(np.float32)
 
 
 def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:

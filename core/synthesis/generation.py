@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..motion import hand_channels, skeleton, stroke_requests
+from ..motion import hand_channels, rest, skeleton, stroke_requests
 from ..smoothing import gaussian
 from . import accent_selection, curves, flow_sampling, stroke_conditions, time_warp
 from .features import SpeechFeatures
@@ -13,25 +13,21 @@ from .style_sequence import StyleSequence
 
 _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
-_NEAR_STROKE, _STROKE = 0.25, stroke_requests.CHANNELS.index("stroke")
-"""Seconds beside a stroke in which arms do not count as idle, and the channel that says where strokes are."""
 
 
 class GeneratedTakes(NamedTuple):
-    """What a network made of each take: ``directions`` ``(takes, frames, 9, 3)`` float32 as it drew them, hands on them as
-    ``numbers`` ``(frames, SIZE)`` (:mod:`hand_channels`; None where it draws none), and how far each frame is from the strokes
-    that were asked for, ``idle`` ``(frames,)`` in 0..1.
+    """What a network made of each take, without tremble: ``directions`` ``(takes, frames, 9, 3)`` float32, and hands on them as
+    ``numbers`` ``(frames, SIZE)`` (:mod:`hand_channels`; None where it draws none).
     """
 
     directions: np.ndarray
     numbers: Sequence[np.ndarray | None]
-    idle: Sequence[np.ndarray | float]
 
     def split(self, counts: Sequence[int]) -> list["GeneratedTakes"]:
         """Split into the first ``counts[0]`` takes, the next ``counts[1]``, and so on."""
         ends = np.cumsum(counts).tolist()
         spans = [slice(end - count, end) for end, count in zip(ends, counts, strict=True)]
-        return [GeneratedTakes(self.directions[here], self.numbers[here], self.idle[here]) for here in spans]
+        return [GeneratedTakes(self.directions[here], self.numbers[here]) for here in spans]
 
 
 def generate(
@@ -51,13 +47,15 @@ def generate(
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
         network, inputs, window = checkpoint.network.generator, heard.features.slice, checkpoint.window[0]
         made = windows.generate(network, inputs, latents, seeds, heard.frames, window, progress, cancelled)
-        return GeneratedTakes(made, (None,) * len(made), (0.0,) * len(made))
+        calm, poses = map(rest.remove_jitter, made), (one.rest(heard.frames) for one in cast for _ in one.latents)
+        whole = [rest.restore_amplitude(next(calm), checkpoint.gain, pose) for pose in poses]
+        return GeneratedTakes(np.stack(whole), (None,) * len(whole))
     asked = [_asked_strokes(checkpoint, heard, one) for one in cast]
     settings = {"lively": _noise_scale(heard.activity), "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
     inputs = heard.features.slice
     drawn, extras = flow_sampling.sample(checkpoint.network, inputs, cast, asked, heard.frames, progress, cancelled, **settings)
-    idle = [part for one, strokes in zip(cast, asked, strict=True) for part in _idle(heard, one, strokes)]
-    return GeneratedTakes(drawn, list(extras) if extras.shape[-1] == hand_channels.SIZE else (None,) * len(drawn), idle)
+    hands = map(rest.remove_jitter_of_numbers, extras) if extras.shape[-1] == hand_channels.SIZE else [None] * len(drawn)
+    return GeneratedTakes(np.stack([rest.remove_jitter(one) for one in drawn]), list(hands))
 
 
 def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | None:
@@ -85,15 +83,6 @@ def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequ
 def _tastes(heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | None:
     """Return tastes ``(frames or 1, 8)`` by which takes choose their accents, None where there are no accents or no tastes."""
     return performers.taste(heard.frames) if heard.rhythm is not None and heard.rhythm.accents else None
-
-
-def _idle(heard: SpeechFeatures, performers: StyleSequence, asked: np.ndarray | None) -> list[np.ndarray | float]:
-    """Return how far each frame ``(frames,)`` of each take is from the strokes that it chose, 0..1; 0 where it chose none."""
-    if asked is None or _tastes(heard, performers) is None:
-        return [0.0] * len(performers.latents)
-    busy = asked[..., _STROKE] > 0
-    busy[:, performers.given(heard.frames).frames] = True
-    return [1 - np.clip(gaussian(take.astype(float), _NEAR_STROKE * skeleton.FPS), 0, 1) for take in busy]
 
 
 def _noise_scale(activity: np.ndarray) -> np.ndarray:

@@ -1,16 +1,14 @@
-"""The stages *refine* and *express*: corrections of what a network drew, then meanings, life, size, hands, stance and face."""
+"""The stages *express* and *refine*: meanings, life and size, then rules for arms; hands, stance and face to what results."""
 
 import hashlib
 import json
-from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..face import animation
 from ..meaning import gesture_blending, gesture_selection
-from ..motion import rest, skeleton
+from ..motion import hand_channels, rest, skeleton
 from ..motion.face import RATE, Face
 from ..motion.hands import Hands
 from ..motion.motion import Motion
@@ -23,7 +21,6 @@ from . import curves, hand_synthesis, listener_response, refine, stance
 from .constraints import kept_frames
 from .features import SpeechFeatures
 from .generation import GeneratedTakes
-from .refine import Refined
 from .request import Request
 from .style_sequence import StyleSequence
 
@@ -33,24 +30,7 @@ _MIN_CALM = 1e-3
 """Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
 
 
-def correct(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, made: GeneratedTakes) -> list[Refined]:
-    """Correct the performances of a request by the rules for their kind of network (:mod:`refine`)."""
-    request, rules = performers.request, refine.DRAWN if checkpoint.draws else refine.REGRESSED
-    pose, ready = performers.rest(heard.frames), None
-    if checkpoint.draws:
-        ready = refine.readiness(performers.hanging(heard.frames), heard.activity, pose)
-    given = kept_frames(request, heard.frames).frames, performers.given(heard.frames).frames
-    common = refine.Take(*given, ready=ready, pose=pose, gain=checkpoint.gain)
-
-    def corrected(one: tuple) -> Refined:
-        identity, drawn, numbers, idle = one
-        key = request.keyed_seed, identity, performers.who
-        return refine.refine(drawn, replace(common, idle=idle, key=key, drawn=drawn, numbers=numbers), rules)
-
-    return parallel_map(corrected, zip(request.identities, *made, strict=True))
-
-
-def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, refined: Sequence[Refined]) -> list[Motion]:
+def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, made: GeneratedTakes) -> list[Motion]:
     """Finish a request's performances: gestures of what words mean, hints, idle life, listening, the size that is asked for,
     and the frames that it keeps; then hands, pelvis and face to them.
     """
@@ -58,19 +38,18 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, r
     pose, size = performers.rest(heard.frames), curves.sample(request, "intensity", heard.frames)
     still = rest.RestBlend.of(heard.activity, request.pose is None)
     kept = kept_frames(request, heard.frames)
-    last = refine.Take(kept.frames, kept=kept)
     # Only networks that were trained with meanings get gestures of the vocabulary.
     vocabulary = heard.shows if checkpoint.meanings else None
     occasions = gesture_selection.find_occasions(vocabulary, heard.words) if vocabulary else {}
     side = -request.toward if request.mirror else request.toward
 
     def expressed(one: tuple) -> Motion:
-        (take, near), drawn = one
+        (take, near), drawn, numbers = one
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.keyed_seed, take)
         shown = gesture_selection.choose_gestures(vocabulary, heard.words, *asked, occasions) if vocabulary else []
-        which = gesture_blending.arms_of_gestures(drawn.directions, shown)
-        directions = hints.apply_hints(gesture_blending.blend_gestures(drawn.directions, shown, which), heard.wishes, pose)
+        which = gesture_blending.arms_of_gestures(drawn, shown)
+        directions = hints.apply_hints(gesture_blending.blend_gestures(drawn, shown, which), heard.wishes, pose)
         directions = still.live(directions, pose, request.keyed_seed + take)
         if shown:
             about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
@@ -80,8 +59,8 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, r
             about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
         straight = directions
         directions = listener_response.turn_head_toward(directions, side, None if heard.others is None else heard.others.share)
-        directions = refine.refine(rest.scale_amplitude(directions, size, pose), last, refine.FINISHED).directions
-        hands = _hands(request, performers, take, drawn, directions)
+        directions = refine.refine(rest.scale_amplitude(directions, size, pose), kept)
+        hands = _hands(request, performers, take, (drawn, numbers), directions)
         hands = hands and gesture_blending.blend_hands(hands, shown, which)
         pelvis = _pelvis(request, heard, _name(performers), take, directions)
         ahead = directions.copy()  # eyes turn with the head towards the other speaker
@@ -90,16 +69,18 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, r
         motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
         return motion.mirrored() if request.mirror else motion
 
-    return parallel_map(expressed, zip(request.identities, refined, strict=True))
+    return parallel_map(expressed, zip(request.identities, *made, strict=True))
 
 
-def _hands(request: Request, performers: StyleSequence, take: int, refined: Refined, directions: np.ndarray) -> Hands | None:
-    """Return the hands on the finished arms: as they were drawn, else synthesised; None where none are asked for."""
+def _hands(request: Request, performers: StyleSequence, take: int, made: tuple, directions: np.ndarray) -> Hands | None:
+    """Return hands on the finished arms: those ``made`` (arms as they were drawn, and the hands' numbers or None), else
+    synthesised; None where none are asked for.
+    """
     if not request.hands:
         return None
-    if refined.hands is not None and refined.under is not None:
-        hands = refined.hands.moved_with_arms(refined.under, directions)
-        hands = hands.mixed(hand_synthesis.hanging_hands(directions), refined.relaxed) if refined.relaxed.any() else hands
+    drawn, numbers = made
+    if numbers is not None:
+        hands = hand_channels.from_channels(numbers, drawn).moved_with_arms(drawn, directions)
     else:
         hands = hand_synthesis.synthesize_hands(directions, _name(performers), request.keyed_seed + take)
     calm = _calm(request, len(directions))

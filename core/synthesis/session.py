@@ -1,7 +1,7 @@
 """From a recording to motions, the path that the command line, the worker and scripts share.
 
 :meth:`Session.synthesize_all` goes through its stages: hear (:mod:`features`), cast (:mod:`style_sequence`), draw
-(:mod:`generation`), refine and express (:mod:`postprocess`).
+(:mod:`generation`), express and refine (:mod:`postprocess`).
 """
 
 from collections.abc import Callable, Sequence
@@ -176,8 +176,7 @@ class Session:
         return drawn
 
     def _finish(self, heard: SpeechFeatures, performers: StyleSequence, drawn: GeneratedTakes) -> list[Motion]:
-        refined = postprocess.correct(self.checkpoint, heard, performers, drawn)
-        return postprocess.express(self.checkpoint, heard, performers, refined)
+        return postprocess.express(self.checkpoint, heard, performers, drawn)
 
 
 def _other_weights(checkpoint: Any, request: Request) -> list[str]:

@@ -28,9 +28,8 @@ class StyleSequence:
     for a walk; ``rests`` ``(steps, 9, 3)``: rest poses; ``latents`` ``(takes, steps, size)``; ``seeds``
     ``(takes, frames, 9, 3)``: seed poses of a regressor; ``readiness``: how readily phrases are shown by gestures of their own,
     0..1; ``chances`` ``(steps,)``: scale of the noise; ``tastes`` ``(steps, 8)``: how accents are answered
-    (:data:`accent_selection.FACTS`), None if unknown; ``hangs`` ``(steps,)``: how readily waiting arms sink (:mod:`arm_rest`),
-    None if unknown; ``steer`` moves points ``(takes, frames, size)`` along the curves of controls and what is heard, None
-    without any.
+    (:data:`accent_selection.FACTS`), None if unknown; ``steer`` moves points ``(takes, frames, size)`` along the curves of
+    controls and what is heard, None without any.
     """
 
     request: Request
@@ -43,7 +42,6 @@ class StyleSequence:
     begins: np.ndarray | None = None
     steer: Callable[[np.ndarray], np.ndarray] | None = None
     tastes: np.ndarray | None = None
-    hangs: np.ndarray | None = None
 
     @property
     def walks(self) -> bool:
@@ -83,12 +81,6 @@ class StyleSequence:
     def chance(self, frames: int) -> np.ndarray:
         """Return the scale of the noise at every frame ``(frames,)``: calm performers have less than 1."""
         return self._over(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
-
-    def hanging(self, frames: int) -> np.ndarray:
-        """Return ``hangs`` at every frame ``(frames,)``."""
-        if self.hangs is None:
-            return np.zeros(frames)
-        return self._over(self.hangs[:, None], frames)[:, 0] if self.walks else np.full(frames, self.hangs[0])
 
     def taste(self, frames: int) -> np.ndarray | None:
         """Return ``tastes`` at every frame ``(frames, 8)``, or ``(1, 8)`` where they stay; None where they are not known."""
@@ -147,8 +139,7 @@ def from_request(
     ready = _fact(speakers, weights[0], "semantic", _READY)
     begins = np.array([at * skeleton.FPS for at, _ in turns]) if turns else None
     steer, tastes = _steering(checkpoint, request, heard), _tastes(speakers, weights)
-    hangs = np.array([_fact(speakers, step, "hangs", 0.0) for step in weights])
-    return StyleSequence(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes, hangs)
+    return StyleSequence(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes)
 
 
 def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | None) -> np.ndarray:

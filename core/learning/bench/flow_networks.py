@@ -10,7 +10,7 @@ from ...model.mfcc_timing import mfcc_slice, nearest_mfcc
 from ...motion.skeleton import FPS
 from ...sound import voice_activity
 from ...sound.prosody import Accent, Prosody
-from ...synthesis import constraints, generation, postprocess, refine, style_sequence
+from ...synthesis import constraints, generation, refine, style_sequence
 from ...synthesis.features import SpeechFeatures
 from ...synthesis.request import Request
 from ...words.hints import HintEffects
@@ -99,9 +99,7 @@ class FlowPerformer:
         recording = SpeechFeatures("", (), HintEffects(), None, [], features, activity, frames, {}, rhythm=rhythm)
         performers = style_sequence.from_request(self.loaded, request)
         drawn = generation.generate(self.loaded, recording, [performers])
-        refined = postprocess.correct(self.loaded, recording, performers, drawn)[0]
-        last = refine.Take(kept=constraints.kept_frames(request, frames))
-        return refine.refine(refined.directions, last, refine.FINISHED).directions
+        return refine.refine(drawn.directions[0], constraints.kept_frames(request, frames))
 
 
 def rhythm_of(corpus: Corpus, talk: int, first: int, activity: np.ndarray) -> Prosody | None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...motion import skeleton
 from ...smoothing import gaussian
-from .body import Body, Correction, Take, dot, knee
+from .body import Body, Correction, bounded, dot
 
 _HIGH, _SOFT = 0.15, 0.06
 """Metres below the shoulder above which an elbow is too high, and over which that sets in."""
@@ -18,7 +18,7 @@ _MIN_LEVER = 0.02
 """Metres from the line shoulder to wrist at which an elbow can be turned at all."""
 
 
-def elbow_wings(body: Body, take: Take) -> Iterator[Correction]:
+def elbow_wings(body: Body, free: np.ndarray) -> Iterator[Correction]:
     """The arm is turned about the line from shoulder to wrist, so that the hand stays where it was."""
     for arm in body.arms:
         elbow = arm.elbow - arm.shoulder
@@ -27,8 +27,8 @@ def elbow_wings(body: Body, take: Take) -> Iterator[Correction]:
         if not high.any():
             continue
         axis = skeleton.normalize(arm.wrist - arm.shoulder)
-        angle = gaussian(_lowering(elbow, axis, arm.down, knee(high, _SOFT)), _EASE * skeleton.FPS)
-        yield arm.roll(axis, angle * take.free(len(angle)))
+        angle = gaussian(_lowering(elbow, axis, arm.down, bounded(high, _SOFT)), _EASE * skeleton.FPS)
+        yield arm.roll(axis, angle * free)
 
 
 def _lowering(elbow: np.ndarray, axis: np.ndarray, down: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Limits how far wrists reach across the chest and out to the side: people who talk seldom reach farther.
+"""Limits how far wrists reach across the chest and out to the side or behind: people who talk hardly reach farther.
 
 Low hands may fold, cross and hang.
 """
@@ -7,23 +7,27 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .body import Body, Correction, Take, dot, knee, outwards
+from .body import Body, Correction, bounded, dot
 
-_ACROSS, _ASIDE = 0.06, 0.37
-"""Metres of a wrist beyond the body's middle, and away from its own shoulder: 98 % of captured frames stay within."""
-_SOFT, _SHARE = 0.05, 0.75
-"""Metres over which the limit sets in, and the share of the excess that is taken back."""
-_HIGH, _LOW = 0.16, 0.34
-"""Metres below the shoulder at which the limit holds wholly, and not at all."""
+_ACROSS, _ASIDE = 0.1, 0.45
+"""Metres of a wrist beyond the body's middle, and away from its own shoulder, which none passes; six and ten more than 98 % of
+captured frames, and what viewers send back (:mod:`talk_faults`).
+"""
+_SOFT = 0.25
+"""Radians before its limit at which an arm begins to be held back: 0.1 m of a wrist half-way out, as far as those 98 % are."""
+_HOLDS, _ENDS = 0.3, 0.45
+"""Metres below the shoulder down to which that holds, and from which on nothing is held: at the elbow and at the hips."""
+_BEFORE = 0.1
+"""Metres ahead of the shoulder over which the limit across sets in: hands behind the back are on their way there."""
 
 
-def reach_limit(body: Body, take: Take) -> Iterator[Correction]:
+def reach_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
     """Arms that reach too far are turned about the trunk's axis."""
-    free = take.free(len(body.directions), take.seeds)
     for arm in body.arms:
         aside, ahead, below = dot(arm.wrist - arm.shoulder, arm.out, arm.front, arm.down)
+        reach, turn = np.maximum(np.hypot(aside, ahead), 1e-6), np.arctan2(aside, ahead)
         half = 0.5 * np.linalg.norm(arm.shoulder - arm.opposite, axis=-1)
-        wanted = aside + _SHARE * (knee(-(aside + half) - _ACROSS, _SOFT) - knee(aside - _ASIDE, _SOFT))
-        share = np.clip((_LOW - below) / (_LOW - _HIGH), 0, 1)
-        angle = outwards(aside, ahead, wanted) * share * share * (3 - 2 * share)
-        yield arm.swing(free * np.where((ahead > 0) | (aside > 0), angle, 0.0))
+        out, across = (np.arcsin(np.minimum(most / reach, 1)) for most in (_ASIDE, half + _ACROSS))
+        back = np.clip(ahead / _BEFORE, 0, 1) * bounded(_SOFT - across - turn, _SOFT) - bounded(turn - out + _SOFT, _SOFT)
+        share = np.clip((_ENDS - below) / (_ENDS - _HOLDS), 0, 1)
+        yield arm.swing(free * share * share * (3 - 2 * share) * back)
