@@ -54,8 +54,19 @@ def generate(
     settings = {"lively": _noise_scale(heard.activity), "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
     inputs = heard.features.slice
     drawn, extras = flow_sampling.sample(checkpoint.network, inputs, cast, asked, heard.frames, progress, cancelled, **settings)
-    hands = map(rest.remove_jitter_of_numbers, extras) if extras.shape[-1] == hand_channels.SIZE else [None] * len(drawn)
-    return GeneratedTakes(np.stack([rest.remove_jitter(one) for one in drawn]), list(hands))
+    kept = [one.given(heard.frames).frames for one in cast for _ in one.latents]
+    arms = [_calmed(rest.remove_jitter, *one) for one in zip(drawn, kept, strict=True)]
+    if extras.shape[-1] != hand_channels.SIZE:
+        return GeneratedTakes(np.stack(arms), [None] * len(drawn))
+    hands = [_calmed(rest.remove_jitter_of_numbers, *one) for one in zip(extras, kept, strict=True)]
+    return GeneratedTakes(np.stack(arms), hands)
+
+
+def _calmed(calm: Callable, made: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return what was made ``(frames, ...)`` without tremble, frames that are ``kept`` as they are."""
+    result = calm(made)
+    result[kept] = made[kept]
+    return result
 
 
 def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | None:

@@ -13,8 +13,8 @@ _ACROSS, _ASIDE = 0.1, 0.45
 """Metres of a wrist beyond the body's middle, and away from its own shoulder, which none passes; six and ten more than 98 % of
 captured frames, and what viewers send back (:mod:`talk_faults`).
 """
-_SOFT = 0.25
-"""Radians before its limit at which an arm begins to be held back: 0.1 m of a wrist half-way out, as far as those 98 % are."""
+_SOFT = 0.15
+"""Radians before its limit at which an arm begins to be held back: 0.06 m of a wrist before the body: as those 98 % are."""
 _HOLDS, _ENDS = 0.3, 0.45
 """Metres below the shoulder down to which that holds, and from which on nothing is held: at the elbow and at the hips."""
 _BEFORE = 0.1
