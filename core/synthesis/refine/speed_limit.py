@@ -19,8 +19,6 @@ off a quick beat (2 Hz) to one that leaves nothing of it.
 _AROUND, _EASE = 4, 0.1
 """Frames to each side that are smoothed as much, and seconds over which smoothing sets in: of a bell, 0.53 s long, all."""
 
-_LEAST = 0.01
-"""Share of the lightest smoothing that nobody sees: without it a fast moment changes numbers seconds away."""
 
 
 def speed_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
@@ -35,7 +33,7 @@ def speed_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
         wrong = np.stack([_too_fast(step, carried[:, side]) for step in steps])
         need = np.where(wrong.all(0), len(steps) - 1, wrong.argmin(0)).astype(float)
         level = free * gaussian(running_maximum(need, _AROUND, _AROUND), _EASE * skeleton.FPS)
-        here = np.flatnonzero(level > _LEAST)
+        here = np.flatnonzero(level)
         low = np.minimum(level[here].astype(int), len(steps) - 2)
         yield Correction(arm.edges, rest.slerp(steps[low, here], steps[low + 1, here], (level[here] - low)[:, None]), here)
 
