@@ -31,12 +31,12 @@ from .training import BEST, Training
 SYSTEMS = {"s2ag": MADE_HERE, "s2ag-no-mfcc": f"{MADE_HERE}-no-mfcc", "s2ag-no-affect": f"{MADE_HERE}-no-affect"}
 """System of the catalogue -> the name by which its weights perform."""
 SETTING = SETTINGS["full"].replace(
-    name="published", epochs=20.0, steps=0, batch=32, diversity_share=0.25, warm_up="paper", validate_every=100,
-    validation_windows=300, seeds=(1,),
+    name="published", epochs=20.0, steps=0, batch=32, diversity_share=0.25,
+    validate_every=100, validation_windows=300, seeds=(1,),
 )  # fmt: skip
 """Sizes, losses and trained word table as published. For a training of minutes instead of days: batches of 32 instead of 512,
-since so early the number of steps counts; the diversity term over a quarter of a batch; the discriminator from the start as
-the paper words it, since a first pass alone takes an hour of a core."""
+since so early the number of steps counts, and the diversity term over a quarter of a batch. In the first of the twenty passes
+the discriminator is off, as in the public code."""
 WORK = "training"
 """The folder beside the weights that keeps features and the state of the training."""
 SPEAKER_FACTS = "name", "description", "default", "rest"

@@ -2,8 +2,8 @@
 
 import bpy
 import pytest
-from acted import drawn
-from s2ag.core import styles
+from acted import drawn, press
+from s2ag.core import styles, user_folders
 from s2ag.core.errors import UsageError
 from s2ag.core.model import checkpoint_metadata
 from s2ag.s2ag_blender import provenance
@@ -40,6 +40,16 @@ def test_sliders_are_grey_with_the_reason_where_the_checkpoint_has_none(figure, 
 def test_a_missing_checkpoint_does_not_break_the_panel(figure, shipped, tmp_path):
     shipped(tmp_path / "none.safetensors")
     assert properties.style_names() == [] and not drawn()["arousal"]
+
+def test_weights_are_chosen_by_their_name(speaker, random_checkpoint, monkeypatch):
+    monkeypatch.setenv(user_folders.ENVIRONMENT_VARIABLE, str(random_checkpoint.parent))
+    engine_requests.stop_engine()  # the next one knows the folder
+    speaker.s2ag.checkpoint = random_checkpoint.stem
+    assert menu_items.style_names(speaker.s2ag) == ["calm one", "lively one"]
+    speaker.s2ag.style = "lively one"
+    press(bpy.ops.s2ag.generate)
+    told = provenance.read(speaker.animation_data.action)
+    assert told["checkpoint"] == checkpoint_metadata.describe(random_checkpoint)["hash"]
 
 
 def test_the_style_menu_reads_and_writes_the_style(figure):
