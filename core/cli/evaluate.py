@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from .. import characters
 from ..errors import AudioUnreadable, EngineMissing, UsageError
 from ..threads import set_passive_waiting
-from . import blender, evaluate_listens, synthesis_options
+from . import blender, evaluate_affect, evaluate_listens, synthesis_options
 from .progress import Progress, note
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ EXAMPLE = """examples:
   s2ag evaluate --data corpus --speech corpus/speech --material PATH --compare old.safetensors --films --report report
   s2ag evaluate --faces --human voice.wav
   s2ag evaluate --talk --material PATH --data corpus      is it told apart from people's talk?
-  s2ag evaluate --listens --human talk.wav --acted actors --reading reader --report report"""
+  s2ag evaluate --listens --human talk.wav --acted actors --reading reader --report report
+  s2ag evaluate --affect actors --reading talk.wav"""
 EXAMPLE_RECORDING = Path(__file__).parents[2] / "examples" / "hello.flac"
 MOST_TALKS = 1000
 
@@ -50,6 +51,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     choosing = "talk: use the captured talk and voices that settings may be chosen on, and not those that are reported"
     parser.add_argument("--choosing", action="store_true", help=choosing)
     evaluate_listens.configure(parser)
+    evaluate_affect.configure(parser)
     synthesis_options.add_checkpoint(parser)
     parser.add_argument("--compare", metavar="FILE", type=Path, help="another checkpoint to stand beside")
     clips = "folder with smartbody/: the captured clips that motion is held against"
@@ -80,6 +82,8 @@ def run(options: argparse.Namespace) -> int:
         return _faces(people, options.report)
     if options.talk:
         return _talk(options)
+    if options.hearing:
+        return evaluate_affect.run(options)
     if options.listens:
         return evaluate_listens.run(options, people, options.checkpoint)
     for name in ("data", "speech", "report"):

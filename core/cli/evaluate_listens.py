@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--listens", action="store_true", help=text)
     acted = "with --listens: folder of acted speech, whose names or emotions.csv tell the emotion; several times for several"
     parser.add_argument("--acted", metavar="FOLDER", type=Path, action="append", default=[], help=acted)
-    reading = "with --listens: a neutral reading, or a folder of read sentences, which is also read before acted speech"
+    reading = "with --listens, --affect: a neutral reading, or a folder of read sentences, also read before acted speech"
     parser.add_argument("--reading", metavar="PATH", type=Path, help=reading)
     pairs = "with --listens: pairs of performances whose inputs are exchanged (default 90)"
     parser.add_argument("--pairs", metavar="N", type=int, default=90, help=pairs)
