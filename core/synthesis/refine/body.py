@@ -67,10 +67,12 @@ class Body:
         """Joints ``(frames, 10, 3)`` in metres."""
         return skeleton.to_positions(self.directions).astype(float)
 
-    @property
+    @cached_property
     def nose(self) -> np.ndarray:
-        """Where the head begins ``(frames, 3)``."""
-        return self.points[:, _NOSE]
+        """Where the nose ``(frames, 3)`` of a head is that looks ahead: arms do not depend on whom somebody looks at."""
+        straight = self.directions.copy()
+        straight[:, 1] = skeleton.MEAN_UNIT[1]
+        return skeleton.to_positions(straight)[:, _NOSE].astype(float)
 
     @cached_property
     def arms(self) -> tuple[Arm, Arm]:
