@@ -10,6 +10,7 @@ from .ui import (
     bone_check,
     bone_maps,
     command,
+    decisions,
     directing,
     drop,
     engine_ops,
@@ -27,6 +28,7 @@ from .ui import (
     subpanels,
     take_ops,
     try_it,
+    version_ops,
 )
 
 CLASSES = (
@@ -47,11 +49,13 @@ CLASSES = (
     *bone_check.CLASSES,
     *take_ops.CLASSES,
     *directing.CLASSES,
+    *version_ops.CLASSES,
     learn.S2AG_OT_learn,
     import_motion.S2AG_OT_import_motion,
     panel.S2AG_PT_gestures,
     *subpanels.CLASSES,
     *gesture_panel.CLASSES,
+    *decisions.CLASSES,
     *menus.CLASSES,
     *sidebar.CLASSES,
     *engine_ops.CLASSES,

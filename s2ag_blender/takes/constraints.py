@@ -5,6 +5,7 @@ exactly. Each version of a take stores its constraints (:data:`PINS`), so that l
 """
 
 import json
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any
 
@@ -12,6 +13,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
+from ...core.editing.edits import OFF
 from ...core.editing.gestures import HANDS
 from ...core.errors import UsageError
 from ...core.motion import skeleton
@@ -34,6 +36,8 @@ MAX_DISTANCE = 0.005
 _REACH, _POINTING = 0.97, 0.93
 """Most extension of an arm, as a share of its length, to hold something and to point at it."""
 _ITERATIONS = 4
+_SAME_SECONDS = 0.02
+"""Seconds by which the times of a constraint and of its edit may differ."""
 
 
 def keyed_frames(action: bpy.types.Action, bones: list[str] | None) -> list[float]:
@@ -111,16 +115,44 @@ def pins_of(action: bpy.types.Action) -> list[dict[str, Any]]:
     ]
 
 
-def reapply_pins(former: bpy.types.Action, action: bpy.types.Action, scene: bpy.types.Scene, more: list[dict]) -> None:
-    """Apply the constraints of the ``former`` version of a take to the new one, and ``more`` constraints on the former."""
+def reapply_pins(
+    former: bpy.types.Action,
+    action: bpy.types.Action,
+    scene: bpy.types.Scene,
+    more: list[dict],
+    others: Sequence[bpy.types.Action] = (),
+) -> None:
+    """Apply the constraints of the ``former`` version of a take to the new one, and ``more`` constraints on the former.
+
+    Those whose edits are off are stored and not applied; ones that are on again are as in the first of the ``others``, versions
+    of the take, that has them. Those whose edits are gone are gone.
+    """
     pins = [*pins_of(former), *more]
+    known, now = gesture_edits.edits_of(former), gesture_edits.edits_of(action)
+    pins = [pin for pin in pins if pin in more or _edit_of(pin, now) or not _edit_of(pin, known)]
     if not pins:
         return
     meta, fps = provenance.require(former), scene_fps(scene)
     for pin in pins:
-        if "object" not in pin or pin not in more:
-            curve_targets.lead_through(action, curve_targets.curve_values(former, _frames(meta, pin, fps), pin["bones"]), fps)
+        if "object" in pin and pin in more or _is_off(pin, now):
+            continue
+        having = [one for one in (former, *others) if pin in pins_of(one) and not _is_off(pin, gesture_edits.edits_of(one))]
+        source = former if pin in more or not having else having[0]
+        curve_targets.lead_through(action, curve_targets.curve_values(source, _frames(meta, pin, fps), pin["bones"]), fps)
     action[PINS] = json.dumps(pins)
+
+
+def _edit_of(pin: dict, edits: Sequence[dict]) -> dict | None:
+    """Return the edit that a constraint belongs to, None if there is none."""
+    for edit in edits:
+        first, last = edit.get("from", edit.get("at")), edit.get("to", edit.get("at"))
+        if edit["do"] in ("pose", "place") and max(abs(first - pin["from"]), abs(last - pin["to"])) < _SAME_SECONDS:
+            return edit
+    return None
+
+
+def _is_off(pin: dict, edits: Sequence[dict]) -> bool:
+    return bool((_edit_of(pin, edits) or {}).get(OFF))
 
 
 def reach_target(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene, pin: dict) -> str:

@@ -29,6 +29,7 @@ from . import (
     context_poses,
     control_curves,
     conversation,
+    decisions,
     drafts,
     engine_requests,
     gesture_edits,
@@ -293,20 +294,26 @@ def _finish(
     former = planned.former.find(bpy.data.actions) if planned.former else None
     if former is not None:
         gesture_edits.restore_untouched_keys(former, actions[0], scene)
-        constraints.reapply_pins(former, actions[0], scene, list(planned.pins))
+        take = next((take for take in armature.s2ag.takes if take.action == former), None)
+        others = versions.version_actions(take) if take is not None else ()
+        constraints.reapply_pins(former, actions[0], scene, list(planned.pins), others)
     for action in actions:
         if former is None or planned.grown:
             retiming.store_strip(action, scene)
         else:
             retiming.copy_follow_state(former, action)
-    silent = sound_strips.unmute_strip_of(armature, actions[0])
-    if former is None or not versions.add_version(armature, former, actions[0], warnings):
+    silent, title, said = sound_strips.unmute_strip_of(armature, actions[0]), "", ""
+    if former is not None:
+        title = decisions.what_changed(former, actions[0], menu_items.gesture_label)
+        counts = [len(gesture_edits.shown_gestures(one, scene)) for one in (former, actions[0])]
+        said = translate("{what}: {before} gestures before, {after} now", what=title, before=counts[0], after=counts[1])
+    if former is None or not versions.add_version(armature, former, actions[0], warnings, title):
         take_list.add_takes(armature, actions, planned.voice.name, warnings)
     news = [constraints.reach_target(armature, actions[0], scene, pin) for pin in planned.pins if "object" in pin]
     if any(news):
         take_list.active(armature).warnings = "\n".join([*warnings, *filter(None, news)])
     notes = [translate("The sound of an earlier take is silent now: {name}", name=name) for name in silent]
-    return Outcome(actions, motion.duration, warnings, notes)
+    return Outcome(actions, motion.duration, warnings, notes, said)
 
 
 def _add_sound_and_markers(planned: Plan, scene: bpy.types.Scene, motion: Motion, warnings: list[str]) -> str:

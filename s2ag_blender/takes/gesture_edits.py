@@ -105,8 +105,10 @@ def _shown(text: str, clock: timing.Clock, first: int, last: int) -> tuple[Shown
     return tuple(gestures_shown)
 
 
-def nearest_gesture(action: bpy.types.Action, scene: bpy.types.Scene) -> ShownGesture | None:
-    """Return the gesture whose marker is nearest to the playhead, or None."""
+def nearest_gesture(action: bpy.types.Action, scene: bpy.types.Scene, at: float = -1.0) -> ShownGesture | None:
+    """Return the gesture nearest to ``at`` seconds, or the one whose marker is nearest to the playhead, or None."""
+    if at >= 0:
+        return min(shown_gestures(action, scene), key=lambda one: abs(one.at - at), default=None)
     frames = {marker.name: marker.frame for marker in gesture_markers(action)}
     candidates = shown_gestures(action, scene)
     marked = [one for one in candidates if one.name in frames] or candidates
@@ -151,15 +153,27 @@ def seconds_at(action: bpy.types.Action, scene: bpy.types.Scene, frame: float) -
 
 
 def edits_from_markers(action: bpy.types.Action, scene: bpy.types.Scene) -> list[dict]:
-    """Return the edits by markers: moved markers move their gestures, deleted ones delete them."""
+    """Return the edits by markers: those that are gone delete their gestures, all in one, moved ones move theirs."""
     frames = {marker.name: marker.frame for marker in action.pose_markers}
-    edits = []
-    for gesture in shown_gestures(action, scene):
-        if gesture.name not in frames:
-            edits.append({"do": "delete", "at": gesture.at})
-        elif frames[gesture.name] != gesture.frame:
-            edits.append({"do": "move", "at": gesture.at, "to": seconds_at(action, scene, frames[gesture.name])})
-    return edits
+    shown = shown_gestures(action, scene)
+    moved = [one for one in shown if frames.get(one.name, one.frame) != one.frame]
+    edits = deletion([one for one in shown if one.name not in frames])
+    return [*edits, *({"do": "move", "at": one.at, "to": seconds_at(action, scene, frames[one.name])} for one in moved)]
+
+
+def deletion(gone: list[ShownGesture]) -> list[dict]:
+    """Return the edit that deletes these gestures together; none for none."""
+    times = [one.at for one in gone]
+    return [{"do": "delete", "at": times[0] if len(times) == 1 else times}] if times else []
+
+
+def chosen_gestures(action: bpy.types.Action, scene: bpy.types.Scene) -> list[ShownGesture]:
+    """Return the gestures with a selected marker; raises :class:`UsageError` where there are none."""
+    names = {marker.name for marker in action.pose_markers if marker.select}
+    chosen = [one for one in shown_gestures(action, scene) if one.name in names]
+    if not chosen:
+        raise UsageError("No marker of a gesture is selected.", "Select pose markers in the Action Editor.")
+    return chosen
 
 
 def preview_range(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
@@ -172,10 +186,7 @@ def preview_range(action: bpy.types.Action, scene: bpy.types.Scene, settings: An
 
 def selected_gestures(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
     """Return the seconds from the first to the last gesture with a selected marker; raises :class:`UsageError`."""
-    names = {marker.name for marker in action.pose_markers if marker.select}
-    chosen = [one for one in shown_gestures(action, scene) if one.name in names]
-    if not chosen:
-        raise UsageError("No marker of a gesture is selected.", "Select pose markers in the Action Editor.")
+    chosen = chosen_gestures(action, scene)
     return _widen(min(one.begin for one in chosen), max(one.end for one in chosen))
 
 
@@ -189,6 +200,14 @@ def selected_words(action: bpy.types.Action, scene: bpy.types.Scene, settings: A
     return _widen(chosen[0][0] - _WORD_MARGIN, chosen[-1][1] + _WORD_MARGIN)
 
 
+def between_markers(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
+    """Return the seconds from the first to the last selected marker of the timeline; raises :class:`UsageError`."""
+    frames = sorted(mark.frame for mark in scene.timeline_markers if mark.select)
+    if len(frames) < 2 or frames[0] == frames[-1]:
+        raise UsageError("Fewer than two markers are selected.", "Select two markers of the timeline, or more.")
+    return _widen(*(seconds_at(action, scene, frame) for frame in (frames[0], frames[-1])))
+
+
 def _widen(first: float, last: float) -> tuple[float, float]:
     """Extend a range to at least :data:`SHORTEST` seconds."""
     more = max(SHORTEST - (last - first), 0.0) / 2
@@ -196,7 +215,7 @@ def _widen(first: float, last: float) -> tuple[float, float]:
     return round(first, 4), round(max(last + more, first + SHORTEST), 4)
 
 
-RANGES = {"PREVIEW": preview_range, "GESTURES": selected_gestures, "WORDS": selected_words}
+RANGES = {"PREVIEW": preview_range, "GESTURES": selected_gestures, "WORDS": selected_words, "MARKERS": between_markers}
 """``{choice: function of action, scene and settings that returns the seconds to regenerate}``."""
 
 

@@ -7,11 +7,14 @@ from typing import Any
 import blf
 import bpy
 
+from ...core.editing import gestures
 from ...core.errors import CheckpointUnreadable
+from ...core.meaning import vocabulary
 from ...core.model import checkpoint_metadata
 from ...core.styles import RANDOM, split_sequence
 from .. import compat
 from ..datablocks import Context
+from ..translations import translate
 
 WRITTEN = "__written__"
 """Menu item of a style that is neither a name nor random, such as a blend written by hand."""
@@ -102,6 +105,21 @@ def wrap_text(text: str, room: float = ROOM) -> list[str]:
         else:
             lines.append(word)
     return lines
+
+
+HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both Hands", ""))
+"""Items of the hands of a gesture."""
+KINDS = (
+    (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
+    *((name, name.replace("_", " ").capitalize(), "") for name in vocabulary.load_vocabulary().gestures),
+)
+"""Items of the kinds of a gesture."""
+_LABELS = {name: label for name, label, _ in (*KINDS, *HANDS)}
+
+
+def gesture_label(name: str) -> str:
+    """Return the label of a kind or a hand."""
+    return translate(_LABELS.get(name, name))
 
 
 def style_items(settings: Any, context: Context) -> list[tuple]:

@@ -129,7 +129,8 @@ class GeneratingOperator:
         session.MESSAGES[uid] = [(note, "INFO") for note in outcome.notes]  # warnings are stored with their take
         for warning in outcome.warnings:
             self.report({"WARNING"}, translate(warning))
-        self.report({"INFO"}, translate("{name} gestures for {seconds:.1f} seconds", name=name, seconds=outcome.seconds))
+        made = translate("{name} gestures for {seconds:.1f} seconds", name=name, seconds=outcome.seconds)
+        self.report({"INFO"}, outcome.said or made)
         return {"FINISHED"}
 
     def _fail(self, uid: int, error: S2agError) -> Any:

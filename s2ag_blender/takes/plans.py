@@ -73,3 +73,5 @@ class Outcome:
     seconds: float
     warnings: list[str]
     notes: list[str] = field(default_factory=list)
+    said: str = ""
+    """What an edit changed, in a sentence."""

@@ -34,7 +34,8 @@ def settings_view(stored: dict) -> SimpleNamespace:
     group: Any = bpy.types.Object.bl_rna.properties["s2ag"]
     every = group.fixed_type.properties
     plain = {one.identifier: one.default for one in every if one.type in ("BOOLEAN", "INT", "FLOAT", "STRING")}
-    enums = {one.identifier: one.default for one in every if one.type == "ENUM" and not one.is_enum_flag}
+    choices = [one for one in every if one.type == "ENUM" and one.identifier not in _NOT_STORED]  # menus have no default
+    enums = {one.identifier: one.default for one in choices if not one.is_enum_flag}
     parts = {"parts": set(every["parts"].default_flag)}
     bones = [SimpleNamespace(name=part, bones=chain) for part, chain in _bones(stored).items()]
     values = {name: set(value) if every[name].type == "ENUM" and every[name].is_enum_flag else value

@@ -11,9 +11,15 @@ from . import take_list
 
 
 def add_version(
-    armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Action, warnings: Sequence[str] = ()
+    armature: ArmatureObject,
+    former: bpy.types.Action,
+    action: bpy.types.Action,
+    warnings: Sequence[str] = (),
+    title: str = "",
 ) -> bool:
-    """Add ``action`` as the newest version of the take that plays ``former``; return False if no take plays that."""
+    """Add ``action`` as the newest version of the take that plays ``former``, with a ``title`` that says what is new; return
+    False if no take plays that.
+    """
     settings = armature.s2ag
     number = next((number for number, take in enumerate(settings.takes) if take.action == former), None)
     if number is None:
@@ -21,7 +27,7 @@ def add_version(
     take = settings.takes[number]
     if not len(take.versions):
         _add(take, former, take.warnings)
-    _add(take, action, "\n".join(warnings))
+    _add(take, action, "\n".join(warnings), title)
     _play(armature, number, len(take.versions) - 1)
     return True
 
@@ -30,6 +36,11 @@ def version_position(take: Any) -> tuple[int, int]:
     """Return (number of the version that a take plays, from 1, count of versions); (1, 1) for one that was never edited."""
     at = next((number for number, one in enumerate(take.versions, 1) if one.action == take.action), 1)
     return at, max(len(take.versions), 1)
+
+
+def version_title(take: Any) -> str:
+    """Return what the version that a take plays did; "" for the first one."""
+    return next((one.title for one in take.versions if one.action == take.action), "")
 
 
 def flip(armature: ArmatureObject, by: int) -> None:
@@ -65,9 +76,9 @@ def version_edits(take: Any) -> list[list[dict]]:
     return [list((provenance.read(action) or {}).get("edits", [])) for action in version_actions(take)]
 
 
-def _add(take: Any, action: bpy.types.Action, warnings: str) -> None:
+def _add(take: Any, action: bpy.types.Action, warnings: str, title: str = "") -> None:
     one = take.versions.add()
-    one.name, one.action, one.warnings = str(len(take.versions)), action, warnings
+    one.name, one.action, one.warnings, one.title = str(len(take.versions)), action, warnings, title
 
 
 def _play(armature: ArmatureObject, number: int, version: int) -> None:

@@ -7,11 +7,10 @@ import bpy
 
 from ...core.editing import gestures
 from ..datablocks import Context
-from ..takes import gesture_edits, retiming, take_list, versions
+from ..takes import gesture_edits, menu_items, retiming, take_list, versions
 from ..takes.operator_base import character
 from ..translations import translate
 from .bases import OperatorResult, require_character
-from .directing import LABELS
 from .panel import Sidebar, draw_progress, draw_sentence
 from .take_ops import OnTake
 
@@ -33,7 +32,7 @@ class S2AG_UL_gestures(bpy.types.UIList):
             return
         row = layout.split(factor=_WORD_SHARE, align=True)
         moved = item.frame != gesture.frame
-        kind = _hand_label(gesture.hand) if gesture.kind == gestures.BEAT else translate(LABELS.get(gesture.kind, gesture.kind))
+        kind = _hand_label(gesture.hand) if gesture.kind == gestures.BEAT else menu_items.gesture_label(gesture.kind)
         row.label(text=f"{item.frame}  {gesture.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
         row.label(text=kind, translate=False)
 
@@ -117,16 +116,20 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         draw_markers(layout, take, context)
         column = layout.column(align=True)
         column.operator_menu_enum("s2ag.reroll_range", "what", icon="FILE_REFRESH")
+        row = column.row(align=True)
+        for text, how in ((translate("Rest"), "none"), (translate("Fewer"), "fewer"), (translate("Calmer"), "calmer")):
+            button: Any = row.operator_menu_enum("s2ag.rest_range", "what", text=text, translate=False)
+            button.how = how
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.add_gesture", "kind", text="Add Gesture", icon="ADD")
         row.operator_menu_enum("s2ag.add_at_word", "kind", text="", icon="VIEWZOOM")
-        row.operator("s2ag.delete_gesture", text="", icon="REMOVE")
+        row.operator_menu_enum("s2ag.delete_gesture", "what", text="", icon="REMOVE")
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.change_gesture", "kind", text="Kind")
         row.operator_menu_enum("s2ag.change_gesture", "hand", text="Hands")
         row = layout.row(align=True)
         for text, size in ((translate("Smaller"), 1 / _SIZE_STEP), (translate("Larger"), _SIZE_STEP)):
-            button: Any = row.operator("s2ag.change_gesture", text=f"{text} × {size:.1f}", translate=False)
+            button = row.operator("s2ag.change_gesture", text=f"{text} × {size:.1f}", translate=False)
             button.size = size
         column = layout.column(align=True)
         column.operator_menu_enum("s2ag.keep_pose", "what", icon="PINNED")
@@ -161,6 +164,7 @@ def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
     button = row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT")
     button.back = False
     row.operator("s2ag.drop_versions", text="", icon="TRASH")
+    layout.label(text=versions.version_title(take) or translate("As it was generated"), translate=False)
 
 
 CLASSES = (S2AG_UL_gestures, S2AG_OT_show_markers, S2AG_PT_directing)

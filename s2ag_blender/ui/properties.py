@@ -85,6 +85,7 @@ class S2AG_Version(bpy.types.PropertyGroup):
 
     action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
     warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one per line
+    title: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # what it did
 
 
 class S2AG_Take(bpy.types.PropertyGroup):

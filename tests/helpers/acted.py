@@ -167,7 +167,9 @@ class Sheet:
         return self.column()
 
     def operator_menu_enum(self, name, prop, **_):
-        assert prop in self.operator(name).__class__.__dict__, prop
+        options = self.operator(name)
+        assert prop in options.__class__.__dict__, prop
+        return options
 
     def popover(self, panel, **_):
         self.drawn.append((panel, self))

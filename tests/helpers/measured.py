@@ -89,7 +89,7 @@ class Measured(Sheet):
         return getattr(getattr(bpy.ops, group), verb).get_rna_type().name
 
     def operator_menu_enum(self, name, prop, text=None, icon="NONE", **_):
-        self.operator(name, text=text, icon=icon, more=_UNIT - _EDGE)
+        return self.operator(name, text=text, icon=icon, more=_UNIT - _EDGE)
 
     def prop(self, settings, name, text=None, expand=False, slider=False, icon="NONE", toggle=False, **_):
         prop = settings.bl_rna.properties[name]

@@ -9,7 +9,7 @@ from measured import CONTENT, Measured, Setting, Text
 from s2ag.s2ag_blender import translations
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import menu_items, stages
-from s2ag.s2ag_blender.ui import bone_maps, directing, gesture_panel, panel, subpanels
+from s2ag.s2ag_blender.ui import bone_maps, gesture_panel, panel, subpanels
 
 PANELS = (panel.S2AG_PT_gestures, *subpanels.CLASSES, *gesture_panel.CLASSES)
 
@@ -78,7 +78,7 @@ def test_with_bones_by_hand(speaker, words):
 
 def test_every_kind_of_gesture_is_whole(words):
     inside = CONTENT - 30  # the frame of the list and its scroller
-    for label in (*directing.LABELS.values(), "Left", "Right", "Both"):
+    for label in (*menu_items._LABELS.values(), "Left", "Right", "Both"):
         assert not Text(words.get(label, label)).cut((1 - gesture_panel._WORD_SHARE) * inside)
 
 

@@ -1,0 +1,101 @@
+"""Operators on the versions of a take: Follow Sound, which brings all of them along, and those that flip through them."""
+# pyright: reportInvalidTypeForm=false
+
+import bpy
+
+from ...core.errors import S2agError
+from ..datablocks import ArmatureObject, Context
+from ..takes import generate, retiming, session, take_list, versions
+from ..takes.operator_base import GeneratingOperator
+from ..translations import translate, translate_error
+from .bases import OperatorResult, require_character
+from .take_ops import OnTake
+
+
+class S2AG_OT_follow_sound(GeneratingOperator, bpy.types.Operator):
+    """Bring the selected take, with all its versions, to where its sound is now: moved, trimmed, stretched, or said anew"""
+
+    bl_idname = "s2ag.follow_sound"
+    bl_label = "Follow Sound"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not OnTake.poll.__func__(cls, context):
+            return False
+        armature = require_character(context)
+        if session.run_of(armature) is not None:
+            cls.poll_message_set(translate("Gestures are being made"))
+            return False
+        if not retiming.change(take_list.active(armature).action, context.scene):
+            cls.poll_message_set(translate("The sound strip lies where it lay"))
+            return False
+        return True
+
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+        return generate.follow_arguments(context, armature)
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        what = _sound_change(context)
+        return super().invoke(context, event) if what.replaced or what.grown else self.execute(context)
+
+    def execute(self, context: Context) -> OperatorResult:
+        what = _sound_change(context)
+        if what.replaced or what.grown:
+            return super().execute(context)
+        try:
+            retiming.follow(require_character(context), context.scene)
+        except S2agError as error:
+            self.report({"ERROR"}, translate_error(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, retiming.change_sentence(what))
+        return {"FINISHED"}
+
+
+def _sound_change(context: Context) -> retiming.Change:
+    """Return how the sound of the selected take has changed, where a poll has made sure that it has."""
+    what = retiming.change(take_list.active(require_character(context)).action, context.scene)
+    assert what is not None
+    return what
+
+
+class _OnVersions(OnTake):
+    """Base of operators on the versions of a take."""
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if not super().poll(context):
+            return False
+        if versions.version_position(take_list.active(require_character(context)))[1] < 2:
+            cls.poll_message_set(translate("This take has one version only"))
+            return False
+        return True
+
+
+class S2AG_OT_flip_version(_OnVersions, bpy.types.Operator):
+    """Show what the selected take was before an edit, or another alternative; nothing is made anew"""
+
+    bl_idname = "s2ag.flip_version"
+    bl_label = "Flip Versions"
+
+    back: bpy.props.BoolProperty(
+        name="Back", description="Show the version before instead of the next one", options={"SKIP_SAVE"}
+    )
+
+    def execute(self, context: Context) -> OperatorResult:
+        versions.flip(require_character(context), -1 if self.back else 1)
+        return {"FINISHED"}
+
+
+class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
+    """Delete all versions of the selected take but the one that is shown"""
+
+    bl_idname = "s2ag.drop_versions"
+    bl_label = "Keep This Version"
+
+    def execute(self, context: Context) -> OperatorResult:
+        count = versions.drop_others(require_character(context))
+        self.report({"INFO"}, translate("{count} versions deleted", count=count))
+        return {"FINISHED"}
+
+
+CLASSES = (S2AG_OT_follow_sound, S2AG_OT_flip_version, S2AG_OT_drop_versions)
