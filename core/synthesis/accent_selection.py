@@ -28,9 +28,9 @@ _STRETCH = 8.0
 """Seconds over which a performer's rate is kept."""
 _STRONG, _MAIN = 2.0, 0.3
 """Weight of an accent's strength beside a Gumbel number, and what being its phrase's main accent adds to the strength."""
-_LOUD, _ANY_HAND, _VARIED = 1.0, 0.2, 0.5
-"""How far strength changes a size, the share of strokes for which any hand will do, and the share of the taste's spread of
-sizes."""
+_SMALLER, _LOUD, _ANY_HAND, _VARIED = 0.8, 1.0, 0.2, 0.5
+"""Factor from sizes of the corpus's strokes, which are the larger movements of its talk, to sizes asked for, how far strength
+changes a size, the share of strokes for which any hand will do, and the share of the taste's spread of sizes."""
 _AFTER, _AROUND, _BETWEEN, _APART = 0.14, 0.3, 0.1, 0.3
 """Seconds: emphasis after the accent's peak, to each side of an accent that gets no stroke, between two strokes, and from an
 accent without a stroke to one with."""
@@ -149,7 +149,7 @@ def _select(time: np.ndarray, strength: np.ndarray, taste: np.ndarray, spoken: t
 
 def _strokes(time: np.ndarray, rank: np.ndarray, taste: np.ndarray, spread: np.ndarray, which: np.ndarray) -> np.ndarray:
     """Return beats ``(n, 7)`` (:data:`stroke_requests.COLUMNS`); ``rank`` and ``which`` are 0..1, ``spread`` is normal."""
-    sizes = taste[:, 1] * np.exp(_VARIED * taste[:, 2] * spread) * np.maximum(1 + _LOUD * (2 * rank - 1), _MIN_SHARE)
+    sizes = _SMALLER * taste[:, 1] * np.exp(_VARIED * taste[:, 2] * spread) * np.maximum(1 + _LOUD * (2 * rank - 1), _MIN_SHARE)
     hands = taste[:, 3:6] / taste[:, 3:6].sum(axis=1, keepdims=True)
     hands = np.where(hands.min(axis=1, keepdims=True) > 0, (1 - _ANY_HAND) * hands + _ANY_HAND / 3, hands)
     hand = (which[:, None] > np.cumsum(hands, axis=1)[:, :2]).sum(axis=1)
