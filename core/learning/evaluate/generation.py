@@ -2,6 +2,7 @@
 
 import json
 import wave
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -104,7 +105,8 @@ class Generator:
 
     def _files(self, talk: Talk) -> tuple[Path, Path | None]:
         """Write the recording and its timed words as files, if they are missing."""
-        audio, transcript = self.folder / f"{talk.name}.wav", self.folder / f"{talk.name}.json"
+        name = f"{talk.name}-{zlib.crc32(talk.audio.tobytes()):08x}"  # pieces of a recording may share their name
+        audio, transcript = self.folder / f"{name}.wav", self.folder / f"{name}.json"
         if not audio.exists():
             write_wave(talk.audio, audio)
             transcript.write_text(json.dumps(talk.words), "utf-8")

@@ -66,6 +66,13 @@ def test_tracks_of_performances_have_a_row_a_frame(tmp_path, examples):
     np.testing.assert_array_equal(calm.speech, tracks.of_sound(talk.audio)[:75])
 
 
+def test_pieces_of_one_name_are_recordings_of_their_own(examples, tmp_path):
+    generator, talk = Generator(None, tmp_path), recordings.load(examples / "hello.flac", 6)
+    short = recordings.plain(talk.name, talk.audio[: 3 * 16000])
+    lengths = [len(next(tracks.performed(generator, [one], ["stern"])).motion) for one in (short, talk)]
+    assert lengths == [45, 90]
+
+
 def test_the_command_tells_and_writes_all_figures(examples, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(summary, "STYLES", 2)
     monkeypatch.setattr(summary, "FEWEST", 3)

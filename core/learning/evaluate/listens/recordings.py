@@ -127,7 +127,7 @@ def cut_excerpts(talks: Sequence[Talk], seconds: float, most: int) -> list[Talk]
             start, end = number * seconds, (number + 1) * seconds
             span = slice(int(start * audio.SAMPLE_RATE), int(end * audio.SAMPLE_RATE))
             words = tuple((word, a - start, b - start) for word, a, b in talk.words if a >= start and b <= end)
-            result.append(replace(plain(f"{talk.name} {start:g}", talk.audio[span]), words=words))
+            result.append(replace(plain(f"{talk.name} {start:g} to {end:g}", talk.audio[span]), words=words))
     return evenly_spaced(result, most)
 
 
@@ -138,7 +138,7 @@ def lines(talks: Sequence[Talk], most: int) -> list[Talk]:
         for start, end in voice_activity.segments(talk.audio):
             if end - start >= _MIN_LINE:
                 span = slice(int(start * audio.SAMPLE_RATE), int(end * audio.SAMPLE_RATE))
-                result.append(plain(f"{talk.name} {start:.1f}", talk.audio[span]))
+                result.append(plain(f"{talk.name} {start:.1f} to {end:.1f}", talk.audio[span]))
     return evenly_spaced(result, most)
 
 
