@@ -15,6 +15,7 @@ import numpy as np
 from ..errors import CorpusUnreadable
 from ..files import atomic_file
 from ..learning.evaluate.generation import write_wave
+from ..learning.evaluate.talk_figures import moves
 from ..learning.train.dataset import TEST, Corpus
 from ..model import checkpoint_metadata
 from ..motion import rest, skeleton
@@ -148,11 +149,12 @@ def section(excerpt: Excerpt, words: Sequence[tuple], rows: Sequence[Row], secon
 
 
 def _facts(row: Row) -> str:
-    """Return what is known of a row, and how fast its wrists move."""
+    """Return what is known of a row, how fast its wrists move, and how many movements (bells of speed) both hands make."""
     if len(row.directions) < 2:
         return row.about
     speed = np.linalg.norm(np.diff(skeleton.wrists(row.directions), axis=0), axis=-1).mean() * skeleton.FPS
-    return "; ".join(filter(None, [row.about, f"wrists {100 * speed:.0f} cm/s"]))
+    count = len(moves(row.directions)[0]) / len(row.directions) * skeleton.FPS
+    return "; ".join(filter(None, [row.about, f"wrists {100 * speed:.0f} cm/s, {count:.1f} movements a second"]))
 
 
 def _width(seconds: float) -> int:

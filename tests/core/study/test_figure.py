@@ -27,7 +27,8 @@ def test_figures_stand_at_their_times(tmp_path):
     motion = np.repeat(rest.REST[None], 30, axis=0)
     rows = [figure.Row("seed pose", "", motion[:1]), figure.Row("<S2AG>", "9 steps", motion)]
     page = figure.section(figure.Excerpt("talk & me", sound), (("a<b", 0.5, 0.9),), rows, 2.0)
-    assert "talk &amp; me" in page and "&lt;S2AG&gt;" in page and "9 steps; wrists 0 cm/s" in page and "a&lt;b" in page
+    assert "talk &amp; me" in page and "&lt;S2AG&gt;" in page and "a&lt;b" in page
+    assert "9 steps; wrists 0 cm/s, 0.0 movements a second" in page
     _, seed, performed = re.findall(r"<svg.*?</svg>", page)
     bones = [re.findall(r'points="([^"]*)" stroke="#[0-9a-f]+" stroke-width="2"', row) for row in (seed, performed)]
     assert [len(each) for each in bones] == [9, 4 * 9], "two seconds have figures at 0, 0.5, 1 and 1.5 s"
