@@ -96,7 +96,7 @@ def slot_name(slot: Slot | None) -> str:
 
 def find_slot(action: bpy.types.Action, name: str) -> Slot | None:
     """Return the slot of an action with the identifier ``name`` (see :func:`slot_name`), or None."""
-    return action.slots.get(name) if name and hasattr(action, "slots") else None
+    return action.slots.get(name) if name and isinstance(name, str) and hasattr(action, "slots") else None
 
 
 def first_slot(action: bpy.types.Action, name: str = "") -> Slot | None:

@@ -14,14 +14,17 @@ LARGEST = 16_000_000
 
 def read(owner: bpy.types.bpy_struct, name: str, kind: type = dict) -> Any:
     """Return the dict or list (``kind``) that the custom property ``name`` holds, an empty one if it holds no such JSON."""
-    text = owner.get(name)
-    if not isinstance(text, str):
-        return kind()
     try:
-        value = json_text.parse(text, LARGEST)
+        value = json_text.parse(text(owner, name), LARGEST)
     except json_text.NotJson:
         return kind()
     return value if isinstance(value, kind) else kind()
+
+
+def text(owner: bpy.types.bpy_struct, name: str) -> str:
+    """Return the text that the custom property ``name`` holds, "" if it holds anything else."""
+    value = owner.get(name)
+    return value if isinstance(value, str) else ""
 
 
 def has_types(value: Mapping[str, Any], kinds: Mapping[str, type | tuple[type, ...] | UnionType]) -> bool:

@@ -22,6 +22,12 @@ def stamp(action: bpy.types.Action, meta: dict[str, Any]) -> None:
     action[PROPERTY] = json.dumps({**meta, "version": VERSION}, sort_keys=True)
 
 
+def linked(action: bpy.types.Action, name: str) -> bpy.types.Action | None:
+    """Return the action that the property ``name`` of an action points to; None if it holds anything else."""
+    other = action.get(name)
+    return other if isinstance(other, bpy.types.Action) else None
+
+
 def require(action: bpy.types.Action | None) -> dict[str, Any]:
     """Return what :func:`stamp` stored on an action that this package is known to have made."""
     meta = read(action)

@@ -113,6 +113,9 @@ def analyse(
     tracks = measured or measure(audio)
     phrases = _phrases(tracks)
     units = _word_units(tracks, words) if len(words) else _syllable_units(tracks)
+    if len(units[0]) and not len(phrases):  # no voice is heard long enough, but every accent is one of a phrase
+        edges = np.linspace(0, len(tracks.level) / RATE, int(np.ceil(len(tracks.level) / RATE / LONGEST_PHRASE)) + 1)
+        phrases = np.stack([edges[:-1], edges[1:]], axis=1)
     accents = _stress(_accents(phrases, units), stressed)
     return Prosody(accents, phrases, _features(tracks, phrases, accents, np.arange(frames) / fps), tracks.level, tracks.pitch)
 
@@ -224,7 +227,7 @@ def _accents(phrases: np.ndarray, units: tuple[np.ndarray, ...]) -> tuple[Accent
     higher = np.clip((pitches - _local_mean(times, pitches, weights)) / 4, -1, 1)
     longer = np.clip(np.log(np.maximum(lengths, 0.1) / np.maximum(_local_mean(times, lengths, weights), 0.1)) / 0.7, -1, 1)
     strength = 0.14 + 0.22 * weights + 0.17 * louder + 0.12 * higher + 0.12 * longer
-    phrase = np.clip(np.searchsorted(phrases[:, 0], times + 0.02, side="right") - 1, 0, None) if len(phrases) else times * 0
+    phrase = np.clip(np.searchsorted(phrases[:, 0], times + 0.02, side="right") - 1, 0, None)
     main = np.zeros(len(times), bool)
     for number in np.unique(phrase):
         members = np.flatnonzero(phrase == number)
@@ -253,14 +256,19 @@ def _stress(accents: tuple[Accent, ...], stressed: Collection[int]) -> tuple[Acc
 
 
 def _local_mean(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the mean of the values near each time, with Gaussian weights; words with semantic weight count more."""
-    result = np.empty(len(times))
-    for begin in range(0, len(times), 512):
+    """Return the mean of the values near each time, with Gaussian weights; words with semantic weight count more.
+
+    Words of one time are taken together, so that any number of them costs no more than the length of the recording.
+    """
+    moments, number = np.unique(times, return_inverse=True)
+    counted, summed = np.bincount(number, 0.2 + weights), np.bincount(number, (0.2 + weights) * values)
+    result = np.empty(len(moments))
+    for begin in range(0, len(moments), 512):
         rows = slice(begin, begin + 512)
-        low, high = np.searchsorted(times, [times[rows][0] - 4 * _NEIGHBOURHOOD, times[rows][-1] + 4 * _NEIGHBOURHOOD])
-        share = np.exp(-0.5 * ((times[rows, None] - times[low:high]) / _NEIGHBOURHOOD) ** 2) * (0.2 + weights[low:high])
-        result[rows] = share @ values[low:high] / share.sum(1)
-    return result
+        low, high = np.searchsorted(moments, [moments[rows][0] - 4 * _NEIGHBOURHOOD, moments[rows][-1] + 4 * _NEIGHBOURHOOD])
+        share = np.exp(-0.5 * ((moments[rows, None] - moments[low:high]) / _NEIGHBOURHOOD) ** 2)
+        result[rows] = share @ summed[low:high] / (share @ counted[low:high])
+    return result[number]
 
 
 def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], time: np.ndarray) -> np.ndarray:

@@ -118,7 +118,7 @@ def _former(playing: bpy.types.Action | None, key: bpy.types.Key) -> dict[str, f
 def _copied_bag(action: bpy.types.Action, key: bpy.types.Key) -> tuple[bpy.types.Action, Slot | None, Bag] | None:
     """Return ``(action, slot, bag)`` of a mesh's shape keys if the action is a copy of one with a face, else None."""
     for number, entry in enumerate(_entries(action)):
-        slot, own = compat.find_slot(action, entry["slot"]), action.get(_ACTION.format(number))
+        slot, own = compat.find_slot(action, entry["slot"]), provenance.linked(action, _ACTION.format(number))
         if entry["key"] == key.name and slot is not None:
             return action, slot, compat.bag(action, slot)
         if entry["key"] == key.name and own is not None:
@@ -139,7 +139,7 @@ def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
         playing = key.animation_data.action if key.animation_data else None
         if key.name in entries:
             number, entry = entries[key.name]
-            own = action.get(_ACTION.format(number)) or action
+            own = provenance.linked(action, _ACTION.format(number)) or action
             if playing is not None and not is_ours(playing) and playing.library is None:
                 playing.use_fake_user = True
             compat.assign_action(key, own, compat.find_slot(own, entry["slot"]))
@@ -150,7 +150,7 @@ def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
 def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Unassign the face of an action: shape keys get back their former action, or their former values."""
     for number, entry in enumerate(_entries(action)):
-        own, base = action.get(_ACTION.format(number)) or action, action.get(_BASE.format(number))
+        own, base = provenance.linked(action, _ACTION.format(number)) or action, provenance.linked(action, _BASE.format(number))
         for key in face_lookup.keys(armature):
             if key.name != entry["key"] or key.animation_data is None or key.animation_data.action != own:
                 continue
@@ -162,7 +162,7 @@ def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
 
 def separate_actions(action: bpy.types.Action) -> list[bpy.types.Action]:
     """Return the separate actions of an action's face, as before Blender 4.4; none where it is in slots of the action."""
-    actions = [action.get(_ACTION.format(number)) for number in range(len(_entries(action)))]
+    actions = [provenance.linked(action, _ACTION.format(number)) for number in range(len(_entries(action)))]
     return [own for own in actions if own is not None]
 
 

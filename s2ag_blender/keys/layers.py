@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 from ...core.motion import quaternion
-from .. import compat, provenance
+from .. import compat, json_properties, provenance
 from ..datablocks import ArmatureObject, Slot
 from . import blending, faces, keyframes
 
@@ -74,9 +74,18 @@ def base_action(armature: ArmatureObject, first: int, last: int, piece: bool = F
         place = Place.of(action)
         return place is not None and place.overlaps(first, last) and not (piece and place.beyond(first, last))
 
+    seen = set()
     while action is not None and (is_draft(action) or is_replaced(action)):
-        action = action.get(BEFORE if is_draft(action) else _BASE)
+        seen.add(action)
+        action = provenance.linked(action, BEFORE if is_draft(action) else _BASE)
+        action = None if action in seen else action  # a file may hold a circle, which leads nowhere
     return action
+
+
+def below_draft(action: bpy.types.Action) -> bpy.types.Action | None:
+    """Return the action that a draft hides; None if the action is no draft or hides another one, which no draft does."""
+    below = provenance.linked(action, BEFORE) if is_draft(action) else None
+    return None if is_draft(below) else below
 
 
 def is_draft(action: bpy.types.Action | None) -> bool:
@@ -103,12 +112,12 @@ def slot_of(armature: ArmatureObject, action: bpy.types.Action) -> Slot | None:
     data = armature.animation_data
     if data is not None and data.action == action and compat.active_slot(armature) is not None:
         return compat.active_slot(armature)
-    return compat.find_slot(action, action.get(_SLOT, "")) or compat.first_slot(action, armature.name)
+    return compat.find_slot(action, json_properties.text(action, _SLOT)) or compat.first_slot(action, armature.name)
 
 
 def own_curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
     """Return the curves in the character's own slot; copies of imported actions have slots of other objects as well."""
-    return compat.curves(action, compat.find_slot(action, action.get(_SLOT, "")))
+    return compat.curves(action, compat.find_slot(action, json_properties.text(action, _SLOT)))
 
 
 def is_animated(armature: ArmatureObject, base: bpy.types.Action | None) -> bool:
@@ -208,7 +217,7 @@ def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
     if data is None:
         return
     if data.action == action:
-        _activate(armature, action.get(_BASE))
+        _activate(armature, provenance.linked(action, _BASE))
     for track in list(data.nla_tracks):
         for strip in [strip for strip in track.strips if strip.action == action]:
             track.strips.remove(strip)

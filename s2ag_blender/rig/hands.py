@@ -2,6 +2,7 @@
 
 import bpy
 import numpy as np
+from idprop.types import IDPropertyArray
 from mathutils import Quaternion
 
 from .. import compat, provenance
@@ -79,9 +80,9 @@ def _rests(bone: bpy.types.PoseBone) -> bool:
 def _at_ease(bone: bpy.types.PoseBone) -> bool:
     """Return whether a bone still has the relaxed rotation with which the character came."""
     ease = bone.get(EASE)
-    if ease is None:
+    if not isinstance(ease, IDPropertyArray) or len(ease) != 4 or ease.typecode not in "fd":
         return False
-    return bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(ease)).angle < _AT_REST
+    return bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(ease.to_list())).angle < _AT_REST
 
 
 def keyed_bones(armature: ArmatureObject, what: str = "rotation") -> tuple[set[str], set[str]]:

@@ -32,7 +32,7 @@ def keyed_curves(armature: ArmatureObject) -> dict[str, bpy.types.FCurve]:
         for curve in compat.curves(action, layers.slot_of(armature, action)):
             if curve.data_path in _PATHS and not curve.mute:
                 sliders.setdefault(_PATHS[curve.data_path], curve)
-        action = action.get(layers.BEFORE) if layers.is_draft(action) else None
+        action = layers.below_draft(action)
     return sliders
 
 

@@ -51,7 +51,7 @@ def drop(armature: ArmatureObject) -> None:
         _unstage(armature, json_properties.read(armature, STAGED))
     if action is not None:
         keyframes.restore_former_values(armature, action)
-        layers.assign(armature, action.get(layers.BEFORE))
+        layers.assign(armature, layers.below_draft(action))
         _restore_face(armature, action)
         bpy.data.actions.remove(action)
 

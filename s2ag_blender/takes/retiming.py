@@ -58,7 +58,7 @@ class Change(NamedTuple):
 
 def strip_of_take(action: bpy.types.Action, scene: bpy.types.Scene) -> SoundStrip | None:
     """Return the sound strip for which a take was generated, or that was added for it, or None."""
-    tag = action.get(sound_strips.TAG, "")
+    tag = json_properties.text(action, sound_strips.TAG)
     if tag:
         return next((strip for strip in compat.sound_strips(scene) if strip.get(sound_strips.TAG) == tag), None)
     origin = provenance.read(action)
@@ -265,7 +265,7 @@ def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int
         raise UsageError(f"{path} is gone, for which the take was performed.", "Put it back, or generate a new take.")
     _check(path, follows)
     first, last = span or (place.first, place.last)
-    name, tag = Path(path).name, action.get(sound_strips.TAG, "")
+    name, tag = Path(path).name, json_properties.text(action, sound_strips.TAG)
     return sources.Voice(
         path, sources.Span(origin["start"], first, last), True, name, tag, timing.stored_time_map(origin), True
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from .. import compat
+from .. import compat, json_properties
 from ..datablocks import ArmatureObject, SoundStrip, is_armature
 from ..keys.layers import Place
 from ..render import sound
@@ -34,7 +34,7 @@ def add_strip(scene: bpy.types.Scene, path: str, start: int, name: str, wanted: 
         compat.show_in_sequencers(scene)
     scene.sync_mode = "AUDIO_SYNC" if wanted else scene.sync_mode
     duplicates = [(one.name, round(compat.strip_start(one))) for one in others if one != strip and not one.mute]
-    return strip.get(TAG, ""), [
+    return json_properties.text(strip, TAG), [
         translate('Your strip "{name}" plays this recording at frame {frame}, too.', name=name, frame=frame)
         for name, frame in duplicates
     ]
@@ -72,18 +72,18 @@ def unmute_strip_of(armature: ArmatureObject, action: bpy.types.Action) -> list[
 
     Returns the names of newly muted strips. Strips of the user and of other characters' takes stay.
     """
-    place, shown = Place.of(action), action.get(TAG, "")
+    place, shown = Place.of(action), json_properties.text(action, TAG)
     if place is None:
         return []
-    mine = {take.action.get(TAG, "") for take in armature.s2ag.takes if take.action is not None}
+    mine = {json_properties.text(take.action, TAG) for take in armature.s2ag.takes if take.action is not None}
     mine -= {shown, *_shown_elsewhere(armature)}
     silenced = []
     for strip in _ours():
-        if strip[TAG] == shown:
+        if (tag := json_properties.text(strip, TAG)) == shown:
             if strip.get(_SILENCED):
                 strip.mute = False
                 del strip[_SILENCED]
-        elif strip[TAG] in mine and not strip.mute and place.overlaps(*_frames(strip)):
+        elif tag in mine and not strip.mute and place.overlaps(*_frames(strip)):
             strip.mute = strip[_SILENCED] = True
             silenced.append(strip.name)
     return silenced
@@ -91,9 +91,10 @@ def unmute_strip_of(armature: ArmatureObject, action: bpy.types.Action) -> list[
 
 def remove_unused() -> None:
     """Remove muted strips of ours that no take uses any more."""
-    used = {action.get(TAG, "") for action in bpy.data.actions}
+    used = {json_properties.text(action, TAG) for action in bpy.data.actions}
     for scene in bpy.data.scenes:
-        for strip in [one for one in compat.sound_strips(scene) if one.get(_SILENCED) and one.get(TAG) not in used]:
+        silenced = [strip for strip in compat.sound_strips(scene) if strip.get(_SILENCED)]
+        for strip in [one for one in silenced if json_properties.text(one, TAG) not in used]:
             _siblings(scene, strip).remove(strip)
 
 
@@ -105,7 +106,7 @@ def _shown_elsewhere(armature: ArmatureObject) -> set[str]:
     """Return the tags of the shown takes of all other characters."""
     others = [item.s2ag for item in bpy.data.objects if is_armature(item) and item != armature]
     shown = [one.takes[one.active_take].action for one in others if 0 <= one.active_take < len(one.takes)]
-    return {action.get(TAG, "") for action in shown if action is not None}
+    return {json_properties.text(action, TAG) for action in shown if action is not None}
 
 
 def _frames(strip: SoundStrip) -> tuple[int, int]:

@@ -10,7 +10,7 @@ import bpy
 from ...core.editing.time_alignment import TimeMap
 from ...core.errors import AudioUnreadable, UsageError
 from ...core.words import transcript_search as transcripts
-from .. import compat
+from .. import compat, json_properties
 from ..datablocks import ArmatureObject, SoundStrip
 from ..translations import translate
 from . import sound_strips, strip_speed
@@ -69,13 +69,13 @@ def find_voice(settings: Any, scene: bpy.types.Scene) -> Voice:
     if settings.audio_source == "STRIP":
         strip = chosen_strip(settings, scene)
         assert strip is not None  # see missing()
-        span, tag = strip_span(settings, scene, strip), strip.get(sound_strips.TAG, "")
+        span, tag = strip_span(settings, scene, strip), json_properties.text(strip, sound_strips.TAG)
         return Voice(strip_file(strip), span, True, strip.name, tag, strip_speed.strip_time_map(scene, strip))
     path = str(Path(bpy.path.abspath(settings.audio)).resolve())
     name = Path(path).name
     strip = {"STRIP": chosen_strip, "PREVIEW": _audible_strip}.get(settings.range, lambda *_: None)(settings, scene)
     if strip is not None:
-        own, span = strip.get(sound_strips.TAG, ""), strip_span(settings, scene, strip)
+        own, span = json_properties.text(strip, sound_strips.TAG), strip_span(settings, scene, strip)
         return Voice(path, span, True, name, own, strip_speed.strip_time_map(scene, strip))
     if settings.range == "OWN":
         return Voice(path, Span(settings.start_frame, settings.start_frame), name=name)

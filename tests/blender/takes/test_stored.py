@@ -8,9 +8,10 @@ import bpy
 import mutations
 import pytest
 from s2ag.core.errors import S2agError
-from s2ag.s2ag_blender import json_properties, provenance
-from s2ag.s2ag_blender.keys import density, keyframes, layers, test_pose
-from s2ag.s2ag_blender.takes import drafts, generate, stored_settings, take_list
+from s2ag.s2ag_blender import compat, json_properties, provenance
+from s2ag.s2ag_blender.keys import density, faces, keyframes, layers, test_pose
+from s2ag.s2ag_blender.rig import facemaps, hands
+from s2ag.s2ag_blender.takes import control_curves, drafts, generate, retiming, sound_strips, stored_settings, take_list
 
 
 @pytest.fixture
@@ -62,6 +63,52 @@ def test_damaged_properties_of_a_character(laid, text):
     drafts.drop(laid)
     test_pose.end_test_pose(laid)
     assert drafts.STAGED not in laid and test_pose.BEFORE not in laid
+
+
+ODD = (0, 3.5, True, "x", [0.0, 1.0], [1, 2, 3, 4], {"a": 1}, bytes(3), float("nan"), "character", "scene")
+"""Values of all kinds that a custom property may hold; the last two stand for pointers to what is no action."""
+
+
+@pytest.mark.parametrize("value", ODD, ids=str)
+def test_properties_of_other_kinds_count_as_nothing(laid, voice, wave, value):
+    value = {"character": laid, "scene": bpy.context.scene}.get(value, value) if isinstance(value, str) else value
+    action = laid.animation_data.action
+    strip = next(iter(compat.sound_strips(bpy.context.scene)))
+    for name in ("s2ag_slot", "s2ag_base", layers.BEFORE, "s2ag_face_action_0", "s2ag_face_base_0", sound_strips.TAG):
+        action[name] = value
+    for owner, name in ((strip, sound_strips.TAG), (strip, "s2ag_silenced"), (laid, facemaps.OWN), (laid, drafts.STAGED)):
+        owner[name] = value
+    for bone in laid.pose.bones:
+        bone[hands.EASE] = value
+    action[faces.FACES] = json.dumps([{"key": key.name, "slot": "x", "before": {}} for key in bpy.data.shape_keys] or
+                                     [{"key": "Key", "slot": "x", "before": {}}])  # fmt: skip
+    used(laid, action)
+    drafts.drop(laid)
+    facemaps.read_face_map(laid)
+    generate.finish(generate.plan(bpy.context, laid), {"motions": [wave(46)]})
+    layers.hide(laid, action)
+    layers.show(laid, action)
+    sound_strips.unmute_strip_of(laid, action)
+    sound_strips.remove_unused()
+    retiming.strip_of_take(action, bpy.context.scene)
+
+
+@pytest.mark.parametrize("draft", [False, True], ids=["take", "draft"])
+@pytest.mark.parametrize("length", [1, 2, 3])
+def test_links_in_a_circle_lead_nowhere(laid, draft, length):
+    """Remap Users makes such circles."""
+    first = laid.animation_data.action
+    circle = [first, *(first.copy() for _ in range(length - 1))]
+    for action, following in zip(circle, [*circle[1:], first], strict=True):
+        action["s2ag_base"] = action[layers.BEFORE] = following
+        if draft:
+            provenance.stamp(action, provenance.require(action) | {layers.DRAFT: True})
+    place = layers.Place.of(first)
+    assert layers.base_action(laid, place.first, place.last) is None
+    assert control_curves.keyed_curves(laid) == {}
+    drafts.drop(laid)
+    if not draft:
+        layers.hide(laid, first)
 
 
 def test_nothing_but_numbers_is_set_by_what_a_file_says(laid):
