@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from . import locks
 from .errors import OutputUnwritable
 
 
@@ -43,6 +44,10 @@ _SWEPT: set[Path] = set()
 _MAX_TRIES = 50
 TEMPORARY_PREFIX = ".s2ag@"
 """Prefix of temporary files; host, process id and a random part follow, separated by ``@``."""
+_LOCK = ".lock"
+"""Suffix of the file beside them that their process locks."""
+_ABANDONED = 86400.0
+"""Seconds after which what seems to be nobody's, but may be another machine's, counts as abandoned."""
 
 
 def delete_unfinished() -> None:
@@ -60,51 +65,59 @@ def delete_unfinished() -> None:
 @contextlib.contextmanager
 def temporary_folder(parent: str | os.PathLike) -> Iterator[Path]:
     """Yield a hidden temporary folder in ``parent`` and delete it at the end. Raises OSError."""
-    delete_leftovers(Path(parent))
-    folder = Path(tempfile.mkdtemp(dir=parent, prefix=_prefix()))
-    _PENDING.add(folder)
-    try:
+    with _own_name(Path(parent)) as folder:
+        folder.mkdir(0o700)
         yield folder
+
+
+@contextlib.contextmanager
+def _own_name(parent: Path, suffix: str = "") -> Iterator[Path]:
+    """Yield the path of a temporary file or folder, and hold the lock beside it; delete both at the end. Raises OSError."""
+    delete_leftovers(parent)
+    while True:
+        handle, name = tempfile.mkstemp(dir=parent, prefix=_prefix(), suffix=_LOCK)
+        locks.try_lock(handle)
+        if os.path.exists(name):
+            break
+        os.close(handle)  # another process took it for a leftover before it was locked
+    path = Path(f"{name.removesuffix(_LOCK)}{suffix}")
+    _PENDING.update((path, Path(name)))
+    try:
+        yield path
     finally:
-        _PENDING.discard(folder)
-        remove(folder)
+        remove(path)
+        os.close(handle)
+        remove(Path(name))
+        _PENDING.difference_update((path, Path(name)))
 
 
 def delete_leftovers(folder: Path) -> None:
-    """Delete temporary files of dead processes of this machine from ``folder``, once per folder and process."""
+    """Delete temporary files of ended processes from ``folder``, once per folder and process.
+
+    Those of other machines, whose locks may not be seen from here, stay for a day.
+    """
     if folder in _SWEPT:
         return
     _SWEPT.add(folder)
-    for leftover in folder.glob(f"{TEMPORARY_PREFIX}{host_name()}@*@*"):
-        pid = leftover.name.split("@")[2]
-        if pid.isdecimal() and not is_running(int(pid)):
+    for leftover in folder.glob(f"{TEMPORARY_PREFIX}*@*@*"):
+        machine, pid, rest = leftover.name.removeprefix(TEMPORARY_PREFIX).split("@", 2)
+        lock = leftover.with_name(f"{TEMPORARY_PREFIX}{machine}@{pid}@{rest.partition('.')[0]}{_LOCK}")
+        held = locks.is_held(lock) if pid.isdecimal() else True
+        if (held is False and machine == host_name()) or (not held and _age(leftover) > _ABANDONED):
             remove(leftover)
+
+
+def _age(path: Path) -> float:
+    """Return the seconds since the last change, 0 if ``path`` is missing."""
+    try:
+        return time.time() - path.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def host_name() -> str:
     """Return this machine's name in letters, digits and hyphens."""
     return "".join(letter if letter.isalnum() else "-" for letter in platform.node()) or "host"
-
-
-def is_running(pid: int) -> bool:
-    """Return whether a process with this id runs; always True on Windows, which has no harmless way to ask."""
-    if os.name == "nt":
-        return True
-    try:
-        os.kill(pid, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:
-        return True
-    return not _has_ended(pid)
-
-
-def _has_ended(pid: int) -> bool:
-    """Return whether a process is a zombie, on Linux."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX"
-    except (OSError, IndexError):
-        return False
 
 
 @contextlib.contextmanager
@@ -115,22 +128,13 @@ def atomic_file(path: str | os.PathLike) -> Iterator[Path]:
     """
     path = check_output(path)
     try:
-        delete_leftovers(path.parent)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(), suffix=path.suffix)
-        os.close(handle)
+        with _own_name(path.parent, path.suffix) as temporary:
+            temporary.touch(0o600)
+            yield temporary
+            os.chmod(temporary, 0o666 & ~_umask())
+            os.replace(temporary, path)
     except OSError as error:
         raise _unwritable(path, error) from error
-    temporary = Path(name)
-    _PENDING.add(temporary)
-    try:
-        yield temporary
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    finally:
-        _PENDING.discard(temporary)
-        remove(temporary)
 
 
 def _prefix() -> str:

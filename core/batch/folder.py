@@ -5,8 +5,6 @@ import hashlib
 import json
 import os
 import shutil
-import tempfile
-import time
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
@@ -14,11 +12,9 @@ from typing import Any
 
 from .. import files, json_text
 from ..errors import S2agError
-from ..files import atomic_file, host_name, is_running, sha256
+from ..files import atomic_file, sha256
 
 STAGES = ("synth", "render", "encode")
-_ABANDONED = 86400.0
-"""Seconds after which unfinished work of another machine counts as abandoned."""
 
 
 class Folder:
@@ -55,20 +51,12 @@ class Folder:
         """Create a temporary folder for unfinished files, on the same file system as the results; deleted at the end."""
         parts = self.root / ".part"
         parts.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=f"{host_name()}@{os.getpid()}@", dir=parts))
-        try:
+        with files.temporary_folder(parts) as temporary:
             yield temporary
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
 
     def sweep(self) -> None:
-        """Delete unfinished work of killed processes; that of running processes, and recent work of other machines, stays."""
-        for left in (self.root / ".part").glob("*@*@*"):
-            machine, pid, _ = left.name.split("@", 2)
-            is_dead = not is_running(int(pid)) if machine == host_name() and pid.isdecimal() else _age(left) > _ABANDONED
-            if is_dead:
-                shutil.rmtree(left, ignore_errors=True)
-        for left in (self.root, self.root / "dataset", *(self.root / "records").glob("*")):
+        """Delete unfinished work of ended processes; that of running ones, and recent work of other machines, stays."""
+        for left in (self.root / ".part", self.root, self.root / "dataset", *(self.root / "records").glob("*")):
             files.delete_leftovers(left)
 
 
@@ -162,11 +150,3 @@ def _size(path: Path) -> int:
         return sum(1 for _ in path.iterdir()) if path.is_dir() else path.stat().st_size
     except OSError:
         return -1
-
-
-def _age(path: Path) -> float:
-    """Return the seconds since the last change, 0 if ``path`` is missing."""
-    try:
-        return time.time() - path.stat().st_mtime
-    except OSError:
-        return 0.0

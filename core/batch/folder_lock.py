@@ -11,11 +11,10 @@ from pathlib import Path
 from .. import json_text
 from ..errors import OutputUnwritable
 from ..files import host_name
+from ..locks import try_lock
 
 _DOOR_TIMEOUT = 10.0
 """Seconds to wait at most while another process checks the locks."""
-_LOCK_OFFSET = 1 << 30
-"""Offset of the byte that is locked on Windows: beyond the content, because locked bytes cannot be read."""
 
 
 @contextlib.contextmanager
@@ -32,7 +31,7 @@ def lock_clips(root: Path, stages: Iterable[str], names: Iterable[str]) -> Itera
         for other in sorted(locks.glob("*.json")):
             _check_lock(other, root, set(stages), set(names))
         handle, own_lock = tempfile.mkstemp(dir=locks, prefix=f"{host_name()}@{os.getpid()}@", suffix=".json")
-        _try_lock(handle)
+        try_lock(handle)
         content = {"host": host_name(), "process": os.getpid(), "stages": stages, "names": names}
         os.write(handle, json.dumps(content).encode())
     try:
@@ -49,7 +48,7 @@ def _check_lock(lock: Path, root: Path, stages: set[str], names: set[str]) -> No
     except OSError:
         return  # its process has just ended
     try:
-        alive = _try_lock(handle) is False
+        alive = try_lock(handle) is False
         held = _read_lock(lock) if alive else {}
     finally:
         os.close(handle)
@@ -77,28 +76,8 @@ def _door(path: Path) -> Iterator[None]:
     handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     end = time.monotonic() + _DOOR_TIMEOUT
     try:
-        while _try_lock(handle) is False and time.monotonic() < end:
+        while try_lock(handle) is False and time.monotonic() < end:
             time.sleep(0.02)
         yield
     finally:
         os.close(handle)
-
-
-def _try_lock(handle: int) -> bool | None:
-    """Return whether the file could be locked, None on a file system without locks."""
-    try:
-        if os.name == "nt":
-            import msvcrt
-
-            os.lseek(handle, _LOCK_OFFSET, os.SEEK_SET)
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-            os.lseek(handle, 0, os.SEEK_SET)
-        else:
-            import fcntl
-
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return False
-    except OSError:
-        return None
-    return True

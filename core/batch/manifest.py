@@ -81,7 +81,7 @@ def _rows(path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
 
 
 def _csv_rows(text: str, path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
-    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    first = next((line for line in io.StringIO(text, newline=None) if line.strip() and not line.startswith("#")), "")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count), strict=True)
     rows, problems, head, line = [], [], None, 1
     try:
@@ -107,7 +107,7 @@ def _csv_rows(text: str, path: Path) -> tuple[list[tuple[int, dict]], list[Probl
 
 def _json_rows(text: str) -> tuple[list[tuple[int, dict]], list[Problem]]:
     rows, problems = [], []
-    for line, content in enumerate(text.splitlines(), 1):
+    for line, content in enumerate(io.StringIO(text, newline=None), 1):  # other breaks may stand inside texts
         if not content.strip():
             continue
         try:

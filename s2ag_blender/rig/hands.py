@@ -1,5 +1,7 @@
 """Finds the bones beyond the mapped ones that may be keyed without overwriting the user's work: hands, fingers, twist bones."""
 
+from typing import Any
+
 import bpy
 import numpy as np
 from idprop.types import IDPropertyArray
@@ -80,9 +82,8 @@ def _rests(bone: bpy.types.PoseBone) -> bool:
 def _at_ease(bone: bpy.types.PoseBone) -> bool:
     """Return whether a bone still has the relaxed rotation with which the character came."""
     ease = bone.get(EASE)
-    if not isinstance(ease, IDPropertyArray) or len(ease) != 4 or ease.typecode not in "fd":
-        return False
-    return bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(ease.to_list())).angle < _AT_REST
+    numbers: Any = ease if isinstance(ease, IDPropertyArray) and len(ease) == 4 and ease.typecode in "fd" else None
+    return numbers is not None and bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(numbers)).angle < _AT_REST
 
 
 def keyed_bones(armature: ArmatureObject, what: str = "rotation") -> tuple[set[str], set[str]]:

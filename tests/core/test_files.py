@@ -19,15 +19,46 @@ with files.atomic_file(sys.argv[1]) as temporary, files.temporary_folder(os.path
 def test_what_a_killed_process_left_is_removed_by_the_next_run(tmp_path):
     path = tmp_path / "a {x}.txt"
     subprocess.run([sys.executable, "-c", LEAVES, str(path)], check=False)
-    assert len(list(tmp_path.iterdir())) == 2
+    assert len(list(tmp_path.iterdir())) == 4  # each with its lock
     elsewhere = tmp_path / f"{files.TEMPORARY_PREFIX}another-machine@1@x.txt"
     elsewhere.write_text("still at it")
     with files.atomic_file(path) as temporary, files.temporary_folder(tmp_path) as folder:
-        assert {one.name for one in tmp_path.iterdir()} == {temporary.name, folder.name, elsewhere.name}
+        there = {one.name for one in tmp_path.iterdir() if one.suffix != ".lock"}
+        assert there == {temporary.name, folder.name, elsewhere.name}
         assert "{" not in temporary.name
         files.delete_leftovers(tmp_path)
         temporary.write_text("whole")
     assert {one.name for one in tmp_path.iterdir()} == {path.name, elsewhere.name} and path.read_text() == "whole"
+
+
+STAYS = """
+import os, sys
+from pathlib import Path
+from s2ag.core import files
+os.getpid = lambda: 2**22 + 1
+with files.atomic_file(sys.argv[1]) as temporary, files.temporary_folder(os.path.dirname(sys.argv[1])) as folder:
+    temporary.write_text("half")
+    print("at it", flush=True)
+    sys.stdin.read()
+    temporary.with_suffix(".new").write_text("whole")
+    os.replace(temporary.with_suffix(".new"), temporary)
+    (folder / "1.png").write_text("whole")
+"""
+
+
+@pytest.mark.parametrize("apart", [[], ["unshare", "--user", "--map-root-user", "--pid", "--fork"]], ids=["id", "namespace"])
+def test_files_of_a_living_process_whose_id_nobody_knows_stay(tmp_path, apart):
+    """Containers on one share have the same host name and do not see each other's processes."""
+    if apart and subprocess.run([*apart, "true"], capture_output=True).returncode:
+        pytest.skip("processes cannot be put apart here")
+    command, pipes = [*apart, sys.executable, "-c", STAYS, str(tmp_path / "film.mp4")], {"stdin": -1, "stdout": -1}
+    with subprocess.Popen(command, **pipes, text=True) as other:
+        assert other.stdout.readline() == "at it\n"
+        files.delete_leftovers(tmp_path)
+        assert len(list(tmp_path.iterdir())) == 4
+        other.communicate("")
+    assert other.returncode == 0 and [one.name for one in tmp_path.iterdir()] == ["film.mp4"]
+    assert (tmp_path / "film.mp4").read_text() == "whole"
 
 
 def test_nothing_unfinished_stays(tmp_path):

@@ -10,7 +10,8 @@ import threading
 import time
 
 import pytest
-from s2ag.core.files import delete_leftovers, is_running
+from s2ag.core.files import delete_leftovers
+from s2ag.core.locks import is_held
 
 STARTER = """
 import sys, tempfile
@@ -60,7 +61,7 @@ def test_a_killed_command_leaves_no_process_and_no_part(tmp_path, wave, moment, 
     assert ended.wait(300), "Blender outlives its command"
     # a thread that was writing when all ended may have left a file, which goes with the next run
     until = time.monotonic() + 60
-    while any(is_running(int(name.split("@")[2])) for name in _parts(out)) and time.monotonic() < until:
+    while any(is_held(out / name) for name in _parts(out)) and time.monotonic() < until:
         time.sleep(0.1)
     delete_leftovers(out)
     assert not _parts(out)

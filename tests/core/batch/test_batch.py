@@ -11,6 +11,7 @@ import time
 
 import pytest
 from rounding import bound
+from s2ag.core import files
 from s2ag.core.batch import folder
 from s2ag.core.cli.main import main
 from s2ag.core.errors import S2agError
@@ -304,14 +305,17 @@ def test_folders_and_files_land_over_what_was_there(tmp_path):
 
 def test_sweeping_spares_the_living(tmp_path):
     place = folder.Folder(tmp_path)
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
-    with place.part() as mine:
-        host = mine.name.split("@")[0]
-        (tmp_path / ".part" / f"{host}@{gone.pid}@x").mkdir()
-        (tmp_path / ".part" / "elsewhere@1@x").mkdir()
+    parts = tmp_path / ".part"
+    elsewhere = [f"{files.TEMPORARY_PREFIX}elsewhere@1@{name}" for name in ("new", "old")]
+    code = f"import os; from s2ag.core.batch.folder import Folder\nwith Folder({str(tmp_path)!r}).part(): os._exit(1)"
+    subprocess.run([sys.executable, "-c", code], check=False)
+    assert len(list(parts.iterdir())) == 2
+    for name in elsewhere:
+        (parts / name).mkdir()
+    os.utime(parts / elsewhere[1], (0, 0))
+    with folder.Folder(tmp_path).part() as mine:
         place.sweep()
-        assert {path.name for path in (tmp_path / ".part").iterdir()} == {mine.name, "elsewhere@1@x"}
+        assert {path.name for path in parts.iterdir()} == {mine.name, f"{mine.name}.lock", elsewhere[0]}
 
 
 def test_a_slice_of_a_farm_writes_the_summary_of_all(manifest, batch, tmp_path):

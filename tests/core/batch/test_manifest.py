@@ -228,6 +228,19 @@ def test_a_plan_written_is_the_same_when_read(written, tmp_path):
     assert [{**one.plain(), "line": 0} for one in again] == [{**one.plain(), "line": 0} for one in clips]
 
 
+@pytest.mark.parametrize("name", ["plan.jsonl", "clips.csv"])
+def test_breaks_that_end_no_line_of_json_stay_in_texts(written, tmp_path, name):
+    """Word processors leave U+2028, terminals U+0085; only a line feed ends a line of JSON."""
+    text = "one\u2028two\u2029three\x85four\x0bfive\x1csix"
+    row = {"audio": "hello.flac", "text": text}
+    content = f'audio,text\nhello.flac,"{text}"\n' if name.endswith("csv") else json.dumps(row, ensure_ascii=False)
+    clips, problems = written(content, name)
+    assert not problems and clips[0].text == text
+    manifest.write(clips, tmp_path / "again.jsonl")
+    again, problems = manifest.read(tmp_path / "again.jsonl")
+    assert not problems and again[0].text == text
+
+
 def test_slices_cover_everything_once_and_keep_scenes_together():
     clips = [clip.Clip(line, f"c{line}", "a", scene="s" if line in (3, 7) else "") for line in range(1, 12)]
     every = clip.units(clips)
