@@ -71,6 +71,15 @@ def temporary_folder(parent: str | os.PathLike) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """Yield a temporary folder in the system's, which is made again where it has vanished. Raises OSError."""
+    parent = Path(tempfile.gettempdir())
+    parent.mkdir(0o700, parents=True, exist_ok=True)
+    with temporary_folder(parent) as folder:
+        yield folder
+
+
+@contextlib.contextmanager
 def _own_name(parent: Path, suffix: str = "") -> Iterator[Path]:
     """Yield the path of a temporary file or folder, and hold the lock beside it; delete both at the end. Raises OSError."""
     delete_leftovers(parent)

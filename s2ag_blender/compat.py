@@ -94,6 +94,13 @@ def slot_name(slot: Slot | None) -> str:
     return slot.identifier if slot is not None else ""
 
 
+def temporary_folder() -> Path:
+    """Return Blender's temporary folder, which is made again where others have deleted it."""
+    folder = Path(bpy.app.tempdir)
+    folder.mkdir(0o700, parents=True, exist_ok=True)
+    return folder
+
+
 def find_slot(action: bpy.types.Action, name: str) -> Slot | None:
     """Return the slot of an action with the identifier ``name`` (see :func:`slot_name`), or None."""
     return action.slots.get(name) if name and isinstance(name, str) and hasattr(action, "slots") else None

@@ -2,7 +2,6 @@
 
 import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import cast
 import numpy as np
 
 from .. import child_process
+from ..files import scratch_folder
 from ..sound import voice_activity
 from ..sound.audio import SAMPLE_RATE, speech_gain
 from .aligner import packed_model
@@ -214,12 +214,12 @@ def _run(
         except (TypeError, ValueError):
             raise child_process.ChildFailed("answered nonsense") from None
 
-    with tempfile.TemporaryDirectory(prefix="s2ag-", ignore_cleanup_errors=True) as folder:
+    with scratch_folder() as folder:
         request = {
             "stretches": [{"words": part.words, "start": part.start, "end": part.end} for part in stretches],
             "pauses": list(zip(edges[::2], edges[1::2], strict=True)),
             "samples": len(audio),
-            "folder": folder,
+            "folder": os.fspath(folder),
             "model": model,
         }
         try:

@@ -5,11 +5,11 @@ thread serves one request at a time; a second thread reads, so that running requ
 with its parent. Heavy modules are imported with the first request that needs the network.
 """
 
+import contextlib
 import os
 import platform
 import queue
 import sys
-import tempfile
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..declaration import KINDS
 from ..errors import Cancelled, EngineMissing, OutputUnwritable, S2agError, UsageError
-from ..files import check_output
+from ..files import check_output, scratch_folder
 from ..settings import Models, Settings, names_with, table
 from ..threads import set_passive_waiting
 from ..version import VERSION
@@ -54,12 +54,13 @@ class Worker:
         self._director: Director | None = None
         self._models: dict | None = None
         self._served = 0
-        self._folder = tempfile.TemporaryDirectory(prefix="s2ag-", ignore_cleanup_errors=True)
+        self._folders = contextlib.ExitStack()
+        self._folder: Path | None = None
 
     def run(self) -> None:
         """Serve until the parent is gone or sends ``shutdown``."""
         threading.Thread(target=self._read, daemon=True).start()
-        with self._folder:
+        with self._folders:
             while (message := self._waiting.get()) is not None:
                 try:
                     self._serve(message)
@@ -176,7 +177,7 @@ class Worker:
         options = _check_params(params)
         first = Request(**options)
         every = [Request(**{**options, "style": style}) for style in _styles(params)] or [first]
-        folder = Path(params.get("output_dir") or self._folder.name)
+        folder = Path(params.get("output_dir") or self._own_folder())
         self._served += 1
         stem = Path(first.audio).stem[:60] if params.get("output_dir") else str(self._served)
         paths = [check_output(folder / f"{stem}-{take + 1}.npz") for take in range(first.takes * len(every))]
@@ -201,6 +202,12 @@ class Worker:
             "seconds": round(sum(result.seconds.values()), 4),
             "stages": {stage: round(seconds, 4) for stage, seconds in result.seconds.items()},
         }
+
+    def _own_folder(self) -> Path:
+        """Return the folder of results, a new one where others have deleted it."""
+        if self._folder is None or not self._folder.is_dir():
+            self._folder = self._folders.enter_context(scratch_folder())
+        return self._folder
 
     def _generate(
         self, params: dict, every: list["Request"], progress: Callable[[str, float], None], cancelled: Callable[[], bool]

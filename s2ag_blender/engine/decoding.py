@@ -13,12 +13,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-import bpy
 import numpy as np
 
 from ...core.errors import AudioUnreadable, Cancelled, OutputUnwritable, S2agError
 from ...core.sound import wavefile
 from ...core.sound.resample import resample
+from .. import compat
 
 RATE = 16000
 PIECE, OVERLAP, SEAM = 6.0, 1.0, 0.25
@@ -117,7 +117,7 @@ class Decoding:
 
     def _write(self) -> Path:
         """Decode to a new temporary WAV file; raises :class:`AudioUnreadable` for empty and truncated recordings."""
-        with tempfile.NamedTemporaryFile(dir=bpy.app.tempdir, prefix="s2ag-", suffix=".wav", delete=False) as file:
+        with tempfile.NamedTemporaryFile(dir=compat.temporary_folder(), prefix="s2ag-", suffix=".wav", delete=False) as file:
             try:
                 count, declared = self._read(cast(BinaryIO, file))
                 seconds = count / RATE

@@ -4,7 +4,6 @@ from typing import Any
 
 import bpy
 import numpy as np
-from idprop.types import IDPropertyArray
 from mathutils import Quaternion
 
 from .. import compat, provenance
@@ -81,8 +80,9 @@ def _rests(bone: bpy.types.PoseBone) -> bool:
 
 def _at_ease(bone: bpy.types.PoseBone) -> bool:
     """Return whether a bone still has the relaxed rotation with which the character came."""
-    ease = bone.get(EASE)
-    numbers: Any = ease if isinstance(ease, IDPropertyArray) and len(ease) == 4 and ease.typecode in "fd" else None
+    ease: Any = bone.get(EASE)
+    kind = getattr(ease, "typecode", "")
+    numbers = ease if kind in ("f", "d") and len(ease) == 4 else None
     return numbers is not None and bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(numbers)).angle < _AT_REST
 
 

@@ -1,12 +1,14 @@
 """Functions behind the panel, which scripts can call, too: request gestures from the engine, export, add characters."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import bpy
 
 from ...core.declaration import NUMBERS, Setting
 from ...core.errors import UsageError
+from ...core.files import TEMPORARY_PREFIX
 from ...core.motion.motion import Motion
 from ...core.settings import Models, Settings, names_with, sliders, table
 from ..datablocks import ArmatureObject, Context
@@ -94,7 +96,15 @@ def poll(job: synthesis_job.SynthesisJob, progress: Callable[[str, float], None]
 def call(context: Context, params: dict, progress: Callable[[str, float], None] | None = None) -> dict:
     """Request gestures and wait, as in background mode; return the result with its motions loaded."""
     result = _with_warning(synthesis_job.call(engine(context), params, progress))
-    return {**result, "motions": [Motion.load(path) for path in result["motions"]]}
+    return {**result, "motions": [take_motion(path) for path in result["motions"]]}
+
+
+def take_motion(path: str) -> Motion:
+    """Return a motion that the engine left; a file in a temporary folder of its own has served then and goes."""
+    motion = Motion.load(path)
+    if Path(path).parent.name.startswith(TEMPORARY_PREFIX):
+        Path(path).unlink(missing_ok=True)
+    return motion
 
 
 def export(context: Context, armature: ArmatureObject, path: str) -> None:

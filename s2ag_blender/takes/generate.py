@@ -216,7 +216,7 @@ def finish_in_slices(planned: Plan, result: dict[str, Any]) -> Generator[float, 
     warnings = [*planned.warnings, *result.get("warnings", ())]
     motions, laying, made = [], None, []
     for motion in result["motions"]:  # a path, or loaded already
-        motions.append(motion if isinstance(motion, Motion) else Motion.load(motion))
+        motions.append(motion if isinstance(motion, Motion) else engine_requests.take_motion(motion))
         yield 0.0
     if planned.follows:
         armature, scene = _find_target(planned)

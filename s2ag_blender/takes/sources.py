@@ -139,7 +139,7 @@ def strip_file(strip: SoundStrip) -> str:
     path, packed = strip_path(strip), strip.sound.packed_file
     if packed is None or Path(path).is_file():
         return path
-    unpacked = Path(bpy.app.tempdir) / f"s2ag-{strip.sound.session_uid}{Path(path).suffix}"
+    unpacked = compat.temporary_folder() / f"s2ag-{strip.sound.session_uid}{Path(path).suffix}"
     unpacked.write_bytes(packed.data)
     return str(unpacked)
 
@@ -160,7 +160,7 @@ def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
 
     Raises :class:`AudioUnreadable` where this Blender has no sound or the sequencer is silent.
     """
-    path = Path(bpy.app.tempdir) / f"s2ag-mixdown-{scene.session_uid}.wav"
+    path = compat.temporary_folder() / f"s2ag-mixdown-{scene.session_uid}.wav"
     path.unlink(missing_ok=True)
     before = scene.frame_start, scene.frame_end
     scene.frame_start, scene.frame_end = first, last

@@ -93,7 +93,7 @@ def _play_ramp(scene: bpy.types.Scene, strip: SoundStrip, span: tuple[int, int],
         what = "Blender's Python has no aud, so how a strip is stretched is not heard."
         raise AudioUnreadable(what, "Remove the strip's retiming keys.") from error
 
-    folder = Path(bpy.app.tempdir)
+    folder = compat.temporary_folder()
     ramp, mix = folder / f"s2ag-ramp-{scene.session_uid}.wav", folder / f"s2ag-played-{scene.session_uid}.wav"
     _write(ramp, seconds)
     number = compat.sound_strips(scene).index(strip)

@@ -199,7 +199,7 @@ def serve_line(path: Path) -> None:
         os.close(end)
         with os.fdopen(replies, "rb") as told:
             answers = [protocol.decode(line) for line in told]
-        worker._folder.cleanup()
+        worker._folders.close()
     for answer in answers:
         error = answer.get("error")
         assert error is None or (error["kind"] != "Internal" and error["message"] and error["remedy"]), error

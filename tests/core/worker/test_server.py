@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from s2ag.core import errors
+from s2ag.core.files import TEMPORARY_PREFIX
 from s2ag.core.motion.motion import Motion
 from s2ag.core.worker import protocol
 from sounds import write_wav
@@ -283,7 +285,32 @@ def test_shutdown_during_work_ends_it_and_removes_its_files(random_checkpoint, l
     pipe.say({"method": "shutdown"})
     assert pipe.ended() == 0
     pipe.process.communicate()
-    assert not list(tmp_path.glob("s2ag-*"))  # torch makes folders of its own there
+    assert not list(tmp_path.glob(f"{TEMPORARY_PREFIX}*"))  # torch makes folders of its own there
+
+
+def test_a_vanished_temporary_folder_is_made_again_and_orphans_are_swept(random_checkpoint, tmp_path):
+    write_wav(tmp_path / "a.wav", np.zeros(8000))
+    own = tmp_path / "temporary"
+    own.mkdir()
+    request = {"method": "synthesize", "params": {"audio": str(tmp_path / "a.wav"), "checkpoint": str(random_checkpoint)}}
+    killed = Pipe(env={**os.environ, "TMPDIR": str(own)})
+    killed.say(request | {"id": 1})
+    assert Path(killed.hear()["result"]["motions"][0]).is_file()
+    killed.process.kill()
+    killed.process.communicate()
+    left = {path.name for path in own.glob(f"{TEMPORARY_PREFIX}*")}
+    pipe = Pipe(env={**os.environ, "TMPDIR": str(own)})
+    try:
+        for number in range(3):
+            pipe.say(request | {"id": number})
+            assert Path(pipe.hear()["result"]["motions"][0]).is_file()
+            assert left and not any((own / name).exists() for name in left)
+            shutil.rmtree(own)
+        pipe.process.stdin.close()
+        assert pipe.ended() == 0
+        assert not own.exists() or not list(own.glob(f"{TEMPORARY_PREFIX}*"))
+    finally:
+        pipe.process.kill()
 
 
 def test_errors_cross_the_protocol_unchanged():
