@@ -1,15 +1,18 @@
 """Atomic file output, clean-up of temporary files, and logs."""
 
 import contextlib
+import errno
 import hashlib
 import itertools
 import os
 import platform
 import shutil
+import stat
 import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from . import locks
 from .errors import OutputUnwritable
@@ -27,9 +30,17 @@ def check_output(path: str | os.PathLike) -> Path:
     return path
 
 
+def open_file(path: str | os.PathLike) -> BinaryIO:
+    """Open a file for reading; raises OSError, also for pipes and devices, from which nothing may ever come."""
+    mode = os.stat(path).st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise OSError(errno.EINVAL, "It is a pipe or a device", os.fspath(path))
+    return open(path, "rb")
+
+
 def sha256(path: str | os.PathLike) -> str:
     """Return the SHA-256 (hexadecimal) of a file's content; raises OSError."""
-    with open(path, "rb") as file:
+    with open_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

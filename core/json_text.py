@@ -4,6 +4,8 @@ import json
 from os import PathLike
 from typing import Any
 
+from .files import open_file
+
 MAX_BYTES = 64_000_000
 """Largest text in bytes; sample sheets and transcripts of hours have a few megabytes."""
 MAX_DEPTH = 64
@@ -18,7 +20,7 @@ class NotJson(ValueError):
 
 def read(path: str | PathLike, largest: int = MAX_BYTES, once: bool = False) -> Any:
     """Read a JSON file of at most ``largest`` bytes in UTF-8; raises OSError and :class:`NotJson`."""
-    with open(path, "rb") as file:
+    with open_file(path) as file:
         return parse(file.read(largest + 1), largest, once)
 
 

@@ -9,6 +9,8 @@ from os import PathLike
 
 import numpy as np
 
+from .files import open_file
+
 MAX_BYTES = 256_000_000
 """Bytes that all arrays of a motion may take unpacked; half a day takes 150 MB."""
 DAMAGED = (ValueError, KeyError, IndexError, TypeError, AttributeError, OverflowError, EOFError, RuntimeError, SyntaxError)
@@ -32,7 +34,7 @@ def open_arrays(path: str | PathLike, largest: int = MAX_BYTES) -> Iterator[Mapp
     :data:`DAMAGED`) are raised as :class:`NotArrays`, too. Raises OSError.
     """
     try:
-        with zipfile.ZipFile(path) as packed:
+        with open_file(path) as file, zipfile.ZipFile(file) as packed:
             total = 0
             for member in packed.infolist():
                 total += max(member.file_size, _declared_size(packed, member))

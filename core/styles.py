@@ -24,6 +24,10 @@ def default_speaker(speakers: list[dict]) -> str:
     return next((speaker["name"] for speaker in speakers if speaker.get("default")), speakers[0]["name"])
 
 
+_MOST = 1e6
+"""Largest weight of a style in a blend, and the reciprocal of the smallest above zero: shares beyond cannot be seen."""
+
+
 def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     """Convert a style into ``{speaker index: weight}`` with weights that sum to one, or None for a random style.
 
@@ -39,9 +43,9 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     for name, weight in pairs:
         if _key(name) not in indices:
             raise UnknownStyle(f"There is no style {name!r}.", _suggest(name, names))
-        if not (np.isfinite(weight) and weight >= 0):
+        if not (weight == 0 or 1 / _MOST <= weight <= _MOST):  # a sum of others may be infinite, or nothing divided by nothing
             message = f"The weight of style {name!r} is {weight:g}."
-            raise UnknownStyle(message, "Give weights of zero or more, as in A:0.6+B:0.4.")
+            raise UnknownStyle(message, "Give weights of zero, or up to a million, as in A:0.6+B:0.4.")
         index = indices[_key(name)]
         weights[index] = weights.get(index, 0.0) + weight
     total = sum(weights.values())

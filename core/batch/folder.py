@@ -71,15 +71,15 @@ class Record:
     def read(self, key: str) -> dict | None:
         """Return the facts of a stage that was made with ``key``; None if it was not, or if a file is missing or changed."""
         content = _read(self.path) or {}
-        sizes, facts = content.get("files"), content.get("facts")
-        if content.get("key") != key or content.get("seal") != _seal(key, sizes, facts) or not isinstance(sizes, dict):
+        contents, facts = content.get("files"), content.get("facts")
+        if content.get("key") != key or content.get("seal") != _seal(key, contents, facts) or not isinstance(contents, dict):
             return None
-        return facts if all(_size(self.folder.root / path) == size for path, size in sizes.items()) else None
+        return facts if all(_content(self.folder.root / path) == kept for path, kept in contents.items()) else None
 
     def write(self, key: str, files: list[Path], facts: dict) -> None:
         """Record that the stage is done, and delete the record of an earlier failure."""
-        sizes = {path.relative_to(self.folder.root).as_posix(): _size(path) for path in files}
-        _write(self.path, {"key": key, "files": sizes, "facts": facts, "seal": _seal(key, sizes, facts)})
+        contents = {path.relative_to(self.folder.root).as_posix(): _content(path) for path in files}
+        _write(self.path, {"key": key, "files": contents, "facts": facts, "seal": _seal(key, contents, facts)})
         self.failure_path.unlink(missing_ok=True)
 
     def fail(self, key: str, error: S2agError) -> None:
@@ -144,9 +144,12 @@ def _write(path: Path, content: dict) -> None:
         temporary.write_text(json.dumps(content, sort_keys=True, indent=1) + "\n", "utf-8")
 
 
-def _size(path: Path) -> int:
-    """Return the bytes of a file, the number of files in a folder, or -1 if there is neither."""
+def _content(path: Path) -> str | None:
+    """Return a hash of a file's content, or of all names and contents in a folder; None if there is neither.
+
+    Files that a crash left full of zeros have the sizes that they should have.
+    """
     try:
-        return sum(1 for _ in path.iterdir()) if path.is_dir() else path.stat().st_size
+        return content_hash({one.name: digest(one) for one in path.iterdir()}) if path.is_dir() else digest(path)
     except OSError:
-        return -1
+        return None

@@ -14,6 +14,7 @@ from typing import Any
 from .. import json_text
 from ..declaration import Setting, columns
 from ..errors import ManifestUnusable, S2agError
+from ..files import open_file
 from ..sampling import sheet
 from ..settings import Documents, Models, Settings, names_with
 from ..words.transcript_search import find_transcript
@@ -71,7 +72,8 @@ def _rows(path: Path) -> tuple[list[tuple[int, dict]], list[Problem]]:
     if path.suffix.lower() not in SUFFIXES:
         raise ManifestUnusable(f"{path} is not a manifest.", f"Give a file of {', '.join(SUFFIXES)}.")
     try:
-        data = path.read_bytes()[:_MAX_BYTES]
+        with open_file(path) as file:
+            data = file.read(_MAX_BYTES)
         text = data.decode("utf-8-sig")
     except OSError as error:
         raise ManifestUnusable(f"The manifest {path} cannot be read: {error.strerror}.", "Check its path.") from error

@@ -8,12 +8,12 @@ opcodes and builds numbers, strings, containers and numpy arrays; every instance
 import pickletools
 from collections.abc import Iterable
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..errors import S2agError
+from ..files import open_file
 
 
 class PickleUnreadable(S2agError):
@@ -46,7 +46,7 @@ def read(source: bytes | str | PathLike) -> Any:
     """Return the content of a pickle in memory or in a file; raises :class:`PickleUnreadable`."""
     name = "The pickle" if isinstance(source, bytes) else str(source)
     try:
-        data = source if isinstance(source, bytes) else Path(source).read_bytes()
+        data = source if isinstance(source, bytes) else open_file(source).read()
         return _Reader().read(data)
     except Exception as error:  # a damaged pickle can raise anything
         reason = " ".join(str(error).split())[:120]

@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import json_text
 from ..errors import UsageError
-from ..files import atomic_file
+from ..files import atomic_file, open_file
 from .face import CHANNELS, CLOSED_JAW, RATE, VISEMES, Face, round_weights
 from .motion import Motion
 
@@ -80,7 +80,7 @@ def load(path: str | PathLike) -> list[Cue]:
     path = Path(path)
     try:
         if path.suffix.lower() == ".tsv":
-            with open(path, "rb") as file:
+            with open_file(path) as file:
                 data = file.read(MAX_FILE_BYTES + 1)
             if len(data) > MAX_FILE_BYTES:
                 raise ValueError("it is too large")

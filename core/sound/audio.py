@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import AudioUnreadable
+from ..files import open_file
 from . import wavefile
 from .resample import resample
 
@@ -172,7 +173,7 @@ def _check(path: Path) -> None:
     if not path.exists():
         raise AudioUnreadable(f"The recording {path} does not exist.", "Check the name and the folder.")
     try:
-        with open(path, "rb") as file:
+        with open_file(path) as file:
             if not file.read(1):
                 raise AudioUnreadable(f"{path} is an empty file.", "Export or copy the recording again.")
     except OSError as error:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import VectorsUnreadable
+from ..files import open_file
 
 DIMENSIONS = 300
 _FASTTEXT_MAGIC = 793712314
@@ -58,7 +59,7 @@ def read_vectors(path: Path) -> Keyed:
 
 def _check_size(path: Path) -> None:
     """Raise ValueError if a word2vec file is too small for the counts in its first line, as gensim would allocate that much."""
-    with open(path, "rb") as file:
+    with open_file(path) as file:
         count, width = map(int, file.readline(100).split())
     each = 4 if path.suffix == ".bin" else 2
     if count < 0 or not 0 < width <= 10_000 or count * width * each > path.stat().st_size:
@@ -66,5 +67,5 @@ def _check_size(path: Path) -> None:
 
 
 def _is_fasttext(path: Path) -> bool:
-    with open(path, "rb") as file:
+    with open_file(path) as file:
         return int.from_bytes(file.read(4), "little") == _FASTTEXT_MAGIC

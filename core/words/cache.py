@@ -47,8 +47,10 @@ class Cache:
             return None
         path = self._path(key)
         try:
-            value = json_text.read(path, self._limit)
-        except (OSError, ValueError):  # missing or damaged: the caller computes it again
+            value, seal = json_text.read(path, self._limit)
+        except (OSError, ValueError, TypeError):  # missing or damaged: the caller computes it again
+            return None
+        if seal != cache_key(key, value):  # damaged, edited, or of another key
             return None
         with contextlib.suppress(OSError):  # another process may just have deleted it
             os.utime(path)
@@ -61,7 +63,7 @@ class Cache:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             with atomic_file(self._path(key)) as temporary:
-                temporary.write_text(json.dumps(value, separators=(",", ":")), encoding="utf-8")
+                temporary.write_text(json.dumps([value, cache_key(key, value)], separators=(",", ":")), encoding="utf-8")
         except (OSError, OutputUnwritable) as error:
             why = getattr(error, "strerror", None) or error
             self.warning = f"Word times cannot be kept for the next time in {self.folder} ({why})."

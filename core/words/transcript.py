@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import TranscriptUnreadable, UsageError
+from ..files import open_file
 from ..sound import audio
 from . import align, language, markup, readers, spelling
 from .aligner import engines
@@ -99,7 +100,7 @@ def read_text(path: str | PathLike) -> str:
     if path.is_dir():
         raise TranscriptUnreadable(f"{path} is a folder, not a transcript.", "Name a .txt or .json file inside it.")
     try:
-        with open(path, "rb") as file:
+        with open_file(path) as file:
             data = file.read(_MAX_BYTES + 1)
     except FileNotFoundError:
         raise TranscriptUnreadable(f"The transcript {path} does not exist.", "Check the name and the folder.") from None

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import UsageError
-from ...core.motion.motion import Motion
+from ...core.motion.motion import MAX_FPS, Motion
 from ...rigs.goals import Options
 from ...rigs.proportions import TrunkShape
 from ...rigs.skeleton import Mapping
@@ -159,6 +159,13 @@ def solve_keys_in_slices(
 def scene_fps(scene: bpy.types.Scene) -> float:
     """Return the frames per second of a scene, such as 24 / 1.001."""
     return scene.render.fps / scene.render.fps_base
+
+
+def require_rate(scene: bpy.types.Scene) -> None:
+    """Raise :class:`UsageError` for a frame rate with which memory would not suffice: its base is small by mistake."""
+    if not scene_fps(scene) <= MAX_FPS:
+        what = f"The scene has {scene_fps(scene):g} frames a second."
+        raise UsageError(what, f"Set a frame rate of at most {MAX_FPS:g} in its output properties.")
 
 
 def at_scene_frames(motion: Motion, fps: float, step: int = 1) -> tuple[np.ndarray, Motion]:

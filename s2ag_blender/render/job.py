@@ -94,6 +94,7 @@ def perform(job: Job, voice: program.EventWriter) -> dict:
     from ...rigs import maps
     from ...rigs.faces import shapes
     from ..characters import loading
+    from ..keys import apply
     from ..rig import facemaps
     from . import render, stage
     from .sound import add_sound
@@ -115,6 +116,7 @@ def perform(job: Job, voice: program.EventWriter) -> dict:
         if any(Path(path).suffix.lower() in RENDERED for path in job.outputs):
             render.require_engine(job.engine, scene)
         _set_rate(scene, job.fps if job.fps or theirs else DEFAULT_FPS)
+        apply.require_rate(scene)
     with voice.stage("keyframes"):
         spans, sounds = [], []
         for one, character, played in zip(job.performers, characters, motions, strict=True):

@@ -20,7 +20,7 @@ from ...rigs.skeleton import PARTS as BODY_PARTS
 from ...rigs.slices import run_to_end
 from .. import compat, json_properties, provenance
 from ..datablocks import ArmatureObject, Context, current_context
-from ..keys import layers, poses, test_pose
+from ..keys import apply, layers, poses, test_pose
 from ..keys.action_builder import ActionBuilder
 from ..rig import chosen_bones, readiness, reading
 from ..translations import translate
@@ -74,6 +74,7 @@ def plan(
     Raises :class:`S2agError` for everything that the user must fix first.
     """
     reading.require_armature(armature)
+    apply.require_rate(context.scene)
     test_pose.end_test_pose(armature)
     settings, scene = stored_settings.settings_view(kept) if kept else armature.s2ag, context.scene
     if former is not None:

@@ -12,7 +12,9 @@ import sys
 from pathlib import Path
 
 import doors
+import folders
 import pytest
+from s2ag.core.errors import S2agError
 
 if importlib.util.find_spec("torch"):
     import networks  # noqa: F401 (its doors are listed with the others)
@@ -66,6 +68,22 @@ def server():
     made = Server()
     yield made
     made.close()
+
+
+COPIED = ("record", "protocol", "serialised", "cache", "letters", "clip", "study", "acoustic")
+"""Doors whose files this harness copies or reads itself."""
+
+
+@pytest.mark.parametrize("kind", ["pipe", "loop", "folder", "nothing"])
+@pytest.mark.parametrize("door", sorted(doors.DOORS.keys() - {*COPIED, *(door.name for door in folders.DOORS)}))
+def test_what_is_no_file_ends_in_two_sentences(door, kind, tmp_path):
+    """Nothing ever comes from a pipe that nobody writes to."""
+    for suffix in {suffix for suffix, _ in doors.DOORS[door].seeds()}:
+        path = tmp_path / f"input{suffix}"
+        {"pipe": os.mkfifo, "loop": lambda path: path.symlink_to(path), "folder": os.mkdir}.get(kind, bool)(path)
+        with pytest.raises(S2agError) as caught:
+            doors.DOORS[door].use(path)
+        assert caught.value.message and caught.value.remedy
 
 
 @pytest.mark.timeout(0 if COUNT > 5000 else 300)

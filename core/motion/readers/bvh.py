@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CorpusUnreadable
+from ...files import open_file
 from .. import quaternion
 from .ten_joints import Posed, chain, check
 
@@ -23,7 +24,7 @@ def read(path: str | PathLike) -> tuple[Posed, float]:
     """
     path = Path(path)
     try:
-        with open(path, "rb") as file:
+        with open_file(path) as file:
             data = file.read(LARGEST + 1)
         if len(data) > LARGEST:
             raise ValueError(f"it is larger than {LARGEST // 1_000_000} MB")

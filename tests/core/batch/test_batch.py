@@ -284,7 +284,14 @@ def test_records_hold_only_for_their_key_and_files(tmp_path):
     record.fail("k", S2agError("Bad.", "Try."))
     record.write("k", [tmp_path / "a.txt"], {"x": 1})
     assert record.read("k") == {"x": 1} and record.read("other") is None and record.failure() is None
-    (tmp_path / "a.txt").write_text("longer")
+    for content in ("longer", "\0\0\0\0"):  # a crash may leave as many zeros
+        (tmp_path / "a.txt").write_text(content)
+        assert record.read("k") is None
+    (tmp_path / "frames").mkdir()
+    (tmp_path / "frames" / "1.png").write_text("four")
+    record.write("k", [tmp_path / "frames"], {})
+    assert record.read("k") == {}
+    (tmp_path / "frames" / "1.png").write_bytes(bytes(4))
     assert record.read("k") is None
     record.path.write_text("{ half")
     assert record.read("k") is None

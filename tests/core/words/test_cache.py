@@ -45,7 +45,7 @@ def test_a_damaged_file_is_made_again(sound, examples, tmp_path, counted, damage
     (path,) = tmp_path.iterdir()
     path.write_text(damage)
     assert transcript.timed_transcript(sound, examples / "hello.txt", ways=ways) == first and len(counted) == 2
-    assert json.loads(path.read_text())["spans"]
+    assert json.loads(path.read_text())[0]["spans"]
 
 
 @pytest.mark.parametrize("damage", ["[[1,2,3,4]]", "[[]]", '[["a", 2, 1, 0]]', '[["a", null, 1, 0]]', "[3]", "[" * 9999])
@@ -71,14 +71,14 @@ def test_a_dead_aligner_is_not_remembered(sound, examples, tmp_path, monkeypatch
 
 
 def test_the_least_recently_used_goes_first(tmp_path):
-    cache = Cache(tmp_path, limit=350)
+    cache = Cache(tmp_path, limit=500)
     for number in range(5):
         cache.put(f"{number}", "x" * 98)
         os.utime(tmp_path / f"{number}.words.json", (number, number))
         cache.get("0")
     assert cache.get("0") and cache.get("4") and cache.get("1") is None
     files, size = cache.size()
-    assert files == 3 and size == 300 <= 350
+    assert files == 3 and size == 3 * 145 <= 500
     (tmp_path / "notes.txt").write_text("of the user")
     assert cache.clear() == 3 and cache.size() == (0, 0) and (tmp_path / "notes.txt").exists()
 
@@ -101,6 +101,25 @@ def test_a_folder_that_cannot_be_written_is_told_and_harms_nothing(sound, exampl
         sound, examples / "hello.txt", ways=transcript.TranscriptOptions(Cache(tmp_path / "file" / "kept"))
     )
     assert len(found.words) == 41 and len(found.warnings) == 1 and "cannot be kept" in found.warnings[0]
+
+
+def _others(value):
+    """JSON values of the same form with zeros, other times, and truth values for numbers."""
+    for change in (lambda number: 0, lambda number: 100 * number, lambda number: True, str):
+        yield json.loads(json.dumps(value), parse_float=lambda text, change=change: change(float(text)))
+
+
+def test_an_entry_counts_as_it_was_written_or_not_at_all(tmp_path):
+    cache, value = Cache(tmp_path), {"spans": [[0.25, 0.5]], "confidence": [0.75], "phones": [[["AA", 0.25, 0.5]]]}
+    cache.put("a", value)
+    assert cache.get("a") == value
+    (path,) = tmp_path.glob("*.words.json")
+    kept = json.loads(path.read_text())
+    for other in (*_others(kept), value, [value], [value, ""], 3, None):
+        path.write_text(json.dumps(other))
+        assert cache.get("a") is None
+    (tmp_path / "b.words.json").write_text(json.dumps(kept))
+    assert cache.get("b") is None
 
 
 def test_keys_differ_with_everything():
