@@ -75,6 +75,7 @@ class Job:
         self.result: dict | None = None
         self.error: S2agError | None = None
         self.cancelled_at: float | None = None
+        self.message: dict = {}
 
     @property
     def done(self) -> bool:
@@ -155,7 +156,8 @@ class WorkerClient:
         self._jobs[job.id] = job
         # The worker has a working directory of its own, so send absolute paths.
         sent = {name: os.path.abspath(value) if name in _PATHS and value else value for name, value in params.items()}
-        self._process.send({"id": job.id, "method": method, "params": sent})
+        job.message = {"id": job.id, "method": method, "params": sent}
+        self._process.send(job.message)
         return job
 
     def call(
@@ -272,9 +274,19 @@ class WorkerClient:
         """Kill a worker that does not react to a cancellation or has been silent for too long."""
         now = time.monotonic()
         if any(job.cancelled_at is not None and now - job.cancelled_at > GRACE for job in self._jobs.values()):
+            waiting = {number: job for number, job in self._jobs.items() if job.cancelled_at is None}
+            self._jobs = {number: job for number, job in self._jobs.items() if number not in waiting}
             self._lose("The engine did not react to the cancellation.")
+            self._ask_anew(waiting)
         elif now - self._last_message > self._patience:
             self._lose(f"The engine has not said a word for {self._patience:g} seconds.")
+
+    def _ask_anew(self, waiting: dict[int, Job]) -> None:
+        """Ask a new worker for the jobs that waited behind one that was cancelled in vain."""
+        if waiting:
+            self._process, self._jobs, self._last_message = self._start(), waiting, time.monotonic()
+            for job in waiting.values():
+                self._process.send(job.message)
 
     def _compare_version(self, hello: dict) -> None:
         """End a worker of another version than this code."""

@@ -133,6 +133,7 @@ def perform(job: Job, voice: program.EventWriter) -> dict:
         else:
             stage.set_up_scene(scene, characters, job.resolution or (960, 540), backdrop=not job.transparent)
     _set_range(scene, span, theirs)
+    _spare_inputs([Path(path) for path in (*job.outputs, *(path for one in job.performers for path in one.outputs))])
     for path in job.outputs:
         _write(job, scene, characters[0], Path(path), span, sounds, motions[0][-1], voice)
     for one, character, own in zip(job.performers, characters, spans, strict=True):
@@ -141,6 +142,14 @@ def perform(job: Job, voice: program.EventWriter) -> dict:
     fps = scene.render.fps / scene.render.fps_base
     outputs = [*job.outputs, *(path for one in job.performers for path in one.outputs)]
     return {"outputs": outputs, "warnings": warnings, "frames": list(span), "fps": fps, "seconds": voice.seconds}
+
+
+def _spare_inputs(outputs: Sequence[Path]) -> None:
+    """Raise :class:`UsageError` for an output that the open file reads: libraries, images, sounds, caches, fonts."""
+    read = {Path(path).resolve() for path in bpy.utils.blend_paths(absolute=True, packed=True)}
+    for path in outputs:
+        if path.resolve() in read:
+            raise UsageError(f"The output {path} is read by the scene.", "Give every output a name of its own.")
 
 
 def expressive_frame(motion: Motion) -> int:

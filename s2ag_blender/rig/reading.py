@@ -46,7 +46,8 @@ def require_armature(armature: bpy.types.Object | None) -> None:
         raise RigUnusable(f'"{armature.name}" is linked from another file.', "Make a library override of it first.")
     if armature.mode == "EDIT":
         raise RigUnusable(f'"{armature.name}" is in edit mode.', "Leave edit mode first.")
-    if not np.isfinite([armature.matrix_world, *(bone.matrix_basis for bone in armature.pose.bones)]).all():
+    bones = armature.pose.bones if armature.pose is not None else ()
+    if not np.isfinite(np.array([armature.matrix_world, *(bone.matrix_basis for bone in bones)])).all():
         remedy = "Clear the transforms of the object and of its bones (Alt G, Alt R, Alt S)."
         raise RigUnusable(f'"{armature.name}" stands nowhere: a transform of it is no number.', remedy)
     if armature.animation_data is not None and armature.animation_data.use_tweak_mode:

@@ -118,6 +118,8 @@ def plan(
         pose,
         draft,
         warnings,
+        apply.scene_fps(scene),
+        frozenset(armature.pose.bones.keys()),
         Handle.of(former) if former is not None else None,
         tuple(pins or ()),
         span is not None,
@@ -264,7 +266,12 @@ def _find_target(planned: Plan) -> tuple[ArmatureObject, bpy.types.Scene]:
     if armature is None:
         raise S2agError(f"The character {planned.armature.name} is gone.", "Nothing was changed.")
     reading.require_armature(armature)
-    return armature, planned.scene.find(bpy.data.scenes) or current_context().scene
+    if not planned.bones <= set(armature.pose.bones.keys()):
+        raise S2agError("A bone of the character is gone.", "Nothing was changed.")
+    scene = planned.scene.find(bpy.data.scenes) or current_context().scene
+    if planned.rate not in (None, apply.scene_fps(scene)):
+        raise S2agError("The scene's frame rate was changed while gestures came.", "Nothing was changed.")
+    return armature, scene
 
 
 def _find_actions(made: list[int]) -> list[bpy.types.Action]:

@@ -44,6 +44,10 @@ class Plan:
     pose: dict[str, np.ndarray] = field(default_factory=dict)
     draft: bool = False
     warnings: tuple[str, ...] = ()
+    rate: float | None = None
+    """The scene's frames per second, by which times became frames; None if it does not matter."""
+    bones: frozenset[str] = frozenset()
+    """Names of the character's bones, which must stay."""
     former: Handle | None = None
     """The action of an edited take, whose next version the result becomes."""
     pins: tuple[dict, ...] = ()

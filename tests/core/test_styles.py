@@ -16,7 +16,10 @@ def test_blends_are_normalised_and_repeated_names_add_up():
     assert styles.parse({"stern": 2, "Stern": 2}, NAMES) == {2: 1.0}
 
 
-@pytest.mark.parametrize("expression", ["calm lecturer:0", "stern:-1", "stern:x", "stern:nan", "", "+"])
+IMPOSSIBLE = ["calm lecturer:0", "stern:-1", "stern:x", "stern:nan", "", "+", "stern:1e308+calm lecturer:1e308", "stern:1e-320"]
+
+
+@pytest.mark.parametrize("expression", IMPOSSIBLE)
 def test_impossible_weights_are_refused(expression):
     with pytest.raises(UnknownStyle):
         styles.parse(expression, NAMES)

@@ -10,6 +10,7 @@ import time
 import bpy
 import numpy as np
 import pytest
+from s2ag.core.errors import UsageError
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.render import job as jobs
@@ -54,6 +55,15 @@ def test_one_job_makes_every_kind_of_file(write, tmp_path, examples):
     assert (out / "take.png").read_bytes().startswith(b"\x89PNG")
     shares = [event["value"] for event in progress if event["stage"] == "write take.mp4"]
     assert shares == sorted(shares) and shares[0] == 0 and shares[-1] == 1 and len(shares) >= 8
+
+
+def test_what_the_scene_reads_is_no_output(tmp_path):
+    image = bpy.data.images.new("wall", 4, 4)
+    image.filepath_raw, image.file_format = str(tmp_path / "wall.png"), "PNG"
+    image.save()
+    with pytest.raises(UsageError, match="read by the scene"):
+        jobs._spare_inputs([tmp_path / "other.mp4", tmp_path / "." / "wall.png"])
+    jobs._spare_inputs([tmp_path / "other.mp4"])
 
 
 def test_a_users_scene_keeps_its_range_and_rate(write, tmp_path):
