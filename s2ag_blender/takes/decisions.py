@@ -7,8 +7,9 @@ import bpy
 
 from ...core.editing.edits import OFF
 from .. import provenance
+from ..datablocks import ArmatureObject
 from ..translations import translate, translate_style
-from . import gesture_edits
+from . import gesture_edits, take_list
 
 _NEAR = 0.35
 """Seconds within which a word belongs to a time."""
@@ -80,6 +81,19 @@ def what_changed(before: bpy.types.Action, after: bpy.types.Action, label: Calla
         what = words_of(new[same], after, label)
         return translate("Off: {what}", what=what) if new[same].get(OFF) else translate("On again: {what}", what=what)
     return words_of(new[same], after, label)
+
+
+def carried(armature: ArmatureObject, settings: Any) -> tuple[bpy.types.Action | None, str]:
+    """Return the action of the selected take if a new take can keep its decisions, and a sentence on why not, "" for none."""
+    take = take_list.active(armature)
+    if take is None or not gesture_edits.edits_of(take.action):
+        return None, ""
+    before = provenance.require(take.action)["settings"]
+    if any(before.get(name) != getattr(settings, name) for name in ("audio", "audio_source", "sound_strip")):
+        return None, translate("The decisions about {name} stay with it: they are about another recording.", name=take.title)
+    if settings.take_count > 1:
+        return None, translate("The decisions about {name} stay with it: only a single take can keep them.", name=take.title)
+    return take.action, ""
 
 
 def unmet(action: bpy.types.Action) -> set[int]:

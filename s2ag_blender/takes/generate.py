@@ -128,6 +128,17 @@ def plan(
     )
 
 
+def plan_directed(context: Context, armature: ArmatureObject) -> Plan:
+    """Return the plan of a new take that keeps the decisions about the selected one, where they still apply."""
+    former, why_not = decisions.carried(armature, armature.s2ag)
+    if former is None:
+        planned = plan(context, armature)
+        return replace(planned, warnings=(*planned.warnings, why_not)) if why_not else planned
+    edits = gesture_edits.edits_of(former)
+    planned = plan(context, armature, edits=edits, forgiven=len(edits))
+    return replace(planned, carried=Handle.of(former))
+
+
 def follow_arguments(context: Context, armature: ArmatureObject) -> Plan:
     """Return the plan that makes the selected take follow a strip that plays another recording, or more of its own."""
     action, scene = take_list.active(armature).action, context.scene
@@ -305,6 +316,9 @@ def _finish(
         take = next((take for take in armature.s2ag.takes if take.action == former), None)
         others = versions.version_actions(take) if take is not None else ()
         constraints.reapply_pins(former, actions[0], scene, list(planned.pins), others)
+    carried = planned.carried.find(bpy.data.actions) if planned.carried else None
+    if carried is not None:
+        constraints.reapply_pins(carried, actions[0], scene, [])
     for action in actions:
         if former is None or planned.grown:
             retiming.store_strip(action, scene)
@@ -315,6 +329,9 @@ def _finish(
         title = decisions.what_changed(former, actions[0], menu_items.gesture_label)
         counts = [len(gesture_edits.shown_gestures(one, scene)) for one in (former, actions[0])]
         said = translate("{what}: {before} gestures before, {after} now", what=title, before=counts[0], after=counts[1])
+    if carried is not None:
+        kept = len(gesture_edits.edits_of(actions[0])) - len(decisions.unmet(actions[0]))
+        said = translate("{name}: {count} decisions kept", name=planned.armature.name, count=kept)
     if former is None or not versions.add_version(armature, former, actions[0], warnings, title):
         take_list.add_takes(armature, actions, planned.voice.name, warnings)
     news = [constraints.reach_target(armature, actions[0], scene, pin) for pin in planned.pins if "object" in pin]

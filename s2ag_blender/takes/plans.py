@@ -60,6 +60,8 @@ class Plan:
     """Edge directions ``(9, 3)`` of the pose that the take starts from; None for rest."""
     around: list | None = None
     """Poses before and after the take, which it keeps (:func:`context_poses.poses_around`)."""
+    carried: Handle | None = None
+    """The action of a directed take, whose decisions a new take keeps."""
 
     @property
     def lies(self) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from ...core.editing.edits import LARGEST, LEAST
 from ...core.errors import UsageError
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Context
-from ..takes import constraints, generate, gesture_edits, take_list
+from ..takes import constraints, generate, gesture_edits, menu_items, take_list
 from ..takes.menu_items import HANDS, KINDS
 from ..translations import translate
 from .bases import OperatorResult, require_character
@@ -249,6 +249,25 @@ class S2AG_OT_rest_range(Directing, bpy.types.Operator):
         return gesture_edits.edits_of(action), [{"do": "rest", "from": first, "to": last, **how}]
 
 
+def _style_items(operator: Any, context: Any) -> list[tuple]:
+    """Return the items of the styles of the gesture model."""
+    armature = selected(context)[0]
+    return [one for one in menu_items.style_items(armature and armature.s2ag, context) if one[0] != menu_items.WRITTEN]
+
+
+class S2AG_OT_style_from(Directing, bpy.types.Operator):
+    """Perform in another style from the playhead on, up to the next change of style"""
+
+    bl_idname = "s2ag.style_from"
+    bl_label = "Style from Here"
+    at_gesture = False
+
+    style: bpy.props.EnumProperty(name="Style", description="Who performs from here on", items=_style_items, options=_RESET)
+
+    def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
+        return {"do": "style", "at": self.moment(context, action), "style": self.style}
+
+
 class S2AG_OT_keep_pose(Directing, bpy.types.Operator):
     """Keep what is keyed now: gestures flow into these poses and out of them, and later edits leave them"""
 
@@ -306,6 +325,7 @@ CLASSES = (
     S2AG_OT_add_at_word,
     S2AG_OT_reroll_range,
     S2AG_OT_rest_range,
+    S2AG_OT_style_from,
     S2AG_OT_keep_pose,
     S2AG_OT_keep_place,
 )

@@ -120,6 +120,7 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         for text, how in ((translate("Rest"), "none"), (translate("Fewer"), "fewer"), (translate("Calmer"), "calmer")):
             button: Any = row.operator_menu_enum("s2ag.rest_range", "what", text=text, translate=False)
             button.how = how
+        column.operator_menu_enum("s2ag.style_from", "style", icon="COMMUNITY")
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.add_gesture", "kind", text="Add Gesture", icon="ADD")
         row.operator_menu_enum("s2ag.add_at_word", "kind", text="", icon="VIEWZOOM")

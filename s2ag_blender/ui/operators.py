@@ -8,10 +8,10 @@ import bpy
 from bpy_extras.io_utils import ExportHelper
 
 from ...core.errors import S2agError
-from ..datablocks import Context
+from ..datablocks import ArmatureObject, Context
 from ..engine import engine_state
 from ..rig import readiness
-from ..takes import engine_requests, markers, session, sources, take_list
+from ..takes import engine_requests, generate, markers, session, sources, take_list
 from ..takes.operator_base import GeneratingOperator, character
 from ..translations import translate, translate_error
 from .bases import OperatorMixin, OperatorResult, require_character
@@ -41,6 +41,16 @@ class S2AG_OT_generate(GeneratingOperator, bpy.types.Operator):
 
     bl_idname = "s2ag.generate"
     bl_label = "Generate Gestures"
+
+    keep_decisions: bpy.props.BoolProperty(
+        name="Keep Decisions",
+        description="Do again what was decided about the selected take, where it still applies",
+        default=True,
+        options={"SKIP_SAVE"},
+    )
+
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+        return generate.plan_directed(context, armature) if self.keep_decisions else super().planned(context, armature)
 
     @classmethod
     def poll(cls, context: Context) -> bool:

@@ -172,3 +172,34 @@ def test_a_kept_pose_is_off_and_on_again(speaker, take):
     press(bpy.ops.s2ag.switch_decision, number=0)
     assert apart(wanted, pose(speaker, frame)) < 0.1
     assert provenance.read(now(speaker))["edits"][0]["do"] == "pose"
+
+
+def test_generate_keeps_the_decisions_about_the_selected_take(speaker, take):
+    go(shown(speaker)[4])
+    press(bpy.ops.s2ag.change_gesture, size=1.6)
+    scene = bpy.context.scene
+    scene.use_preview_range, scene.frame_preview_start, scene.frame_preview_end = True, 60, 120
+    press(bpy.ops.s2ag.rest_range)
+    edits = gesture_edits.edits_of(now(speaker))
+    speaker.s2ag.style = "calm lecturer"
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    assert len(speaker.s2ag.takes) == 2 and gesture_edits.edits_of(now(speaker)) == edits
+    assert 1 not in decisions.unmet(now(speaker))  # a passage can rest in any style
+    assert (0 in decisions.unmet(now(speaker))) == ("left out" in speaker.s2ag.takes[1].warnings)
+    assert press(bpy.ops.s2ag.generate, keep_decisions=False) == {"FINISHED"}
+    assert gesture_edits.edits_of(now(speaker)) == []
+
+
+def test_generate_says_why_decisions_stay_behind(speaker, take):
+    go(shown(speaker)[4])
+    press(bpy.ops.s2ag.change_gesture, size=1.6)
+    speaker.s2ag.take_count = 2
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    assert "only a single take can keep them" in speaker.s2ag.takes[1].warnings
+
+
+def test_a_style_begins_at_the_playhead(speaker, take):
+    bpy.context.scene.frame_set(180)
+    assert press(bpy.ops.s2ag.style_from, style="calm lecturer") == {"FINISHED"}
+    (edit,) = gesture_edits.edits_of(now(speaker))
+    assert edit["do"] == "style" and edit["at"] == gesture_edits.seconds_at(take, bpy.context.scene, 180)

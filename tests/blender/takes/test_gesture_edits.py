@@ -166,7 +166,7 @@ def test_selected_gestures_and_words_are_made_anew(speaker, take):
     (edit,) = gesture_edits.edits_of(now(speaker))
     assert edit["from"] <= one.begin and edit["to"] >= one.end and edit["to"] - edit["from"] < 3
     speaker.s2ag.add_markers = True
-    press(bpy.ops.s2ag.generate)
+    press(bpy.ops.s2ag.generate, keep_decisions=False)
     for mark in scene.timeline_markers:
         mark.select = mark.name in ("w:our", "w:hands")
     chosen = [row for row in gesture_edits.stored_words(now(speaker)) if row[0] in ("our", "hands")]
