@@ -308,7 +308,7 @@ def stated(settings: Settings) -> dict[str, Any]:
     """Return the settings that a motion's provenance states, as JSON has them."""
     values = {one: getattr(settings, name) for name, one in table(Settings).items()}
     return {one.name: _as_json(one.kind, value) for one, value in values.items()
-            if one.meta == "always" or (one.meta == "set" and value != one.default)}  # fmt: skip
+            if one.meta == "always" or (one.meta == "set" and (value != one.default if one.default else value))}  # fmt: skip
 
 
 def _as_json(kind: str, value: Any) -> Any:

@@ -34,7 +34,7 @@ changes a size, the share of strokes for which any hand will do, and the share o
 _AFTER, _AROUND, _BETWEEN, _APART = 0.14, 0.3, 0.1, 0.3
 """Seconds: emphasis after the accent's peak, to each side of an accent that gets no stroke, between two strokes, and from an
 accent without a stroke to one with."""
-_RATE_OCTAVES, _RATE_AROUSAL, _SIZE_AROUSAL = 0.5, 0.6, 0.4
+_RATE_OCTAVES, _RATE_AROUSAL, _SIZE_AROUSAL = 1.2, 0.6, 0.4
 """Octaves that the control of rate adds to strokes a minute, and those that arousal adds to rate and size, as in the corpus."""
 _MIN_HAND = 0.25
 """Control of the hand below which nothing is changed, as in the corpus."""
@@ -90,7 +90,8 @@ def accent_channels(
     strokes[:, 1:4] += (_LATE - (_EARLY + _LATE) * chance[chosen, 5])[:, None]
     chance_of_none = _PASSED * (1 + _WEAK * (1 - 2 * rank))
     without = (chance[:, 4] < chance_of_none) & (constraints.distance_to(time, time[chosen]) > _APART)
-    around = np.stack([time[without] - _AROUND, time[without] + _AROUND], axis=1)
+    beside = _AROUND * np.exp2(-np.asarray(controls["rate"], float)[without])
+    around = np.stack([time[without] - beside, time[without] + beside], axis=1)
     still = np.concatenate([around, _quiet_pauses(rhythm.phrases, key)])
     return stroke_requests.encode_requests(_outside(strokes, 1, 3, taken), _outside(still, 0, 1, taken), frames)
 
