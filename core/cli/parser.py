@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 from ..errors import UsageError
 from ..version import VERSION
-from . import animate, doctor, edit, engine, rig, styles, synth
+from . import animate, edit, engine, rig, styles, synth
 from .parsing import Parser
 
-VERBS = (synth, animate, edit, rig, styles, doctor, engine)
+VERBS = (synth, animate, edit, rig, styles, engine)
 """Modules of the verbs that the Python package and Blender's extension have."""
 PACKAGE_VERBS = {
+    "doctor": "engine",
     "sample": "blender",
     "batch": "blender",
     "evaluate": "train",
