@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 MOST = 5
 """Files that may name a setting of how a performance is made."""
 INPUTS = {
-    "style": 16, "takes": 13, "checkpoint": 10, "transcript": 8, "seed": 7, "pose": 7, "changes": 7,
+    "style": 16, "takes": 13, "checkpoint": 10, "transcript": 8, "seed": 7, "pose": 7, "changes": 7, "edits": 6,
 }  # fmt: skip
 """Settings that more files name, each of which does something of its own with it; not to grow.
 
@@ -35,6 +35,7 @@ INPUTS = {
 - ``checkpoint``: each program describes the weights before it loads any (speakers, controls, hash).
 - ``seed``: wherever chance is drawn: latents, noise, accents, hands, stance, eyes, attempts at an edit.
 - ``transcript``: found beside the recording by the command line, manifests and the panel, which shows what it found.
+- ``edits``: checked, listed, carried and applied by whoever opens such a document.
 - ``pose``, ``changes``: what each stage makes of the first pose, and of styles over time.
 """
 HOLDERS = {"request", "settings", "options", "params", "wanted", "clip", "s2ag", "sheet", "cell", "kept"}
@@ -48,11 +49,12 @@ BLENDERS = {"takes", "curves", "end_pose"}
 keyed, and how a take ends (a choice).
 """
 _EDITS = "core/editing/edits.py", "core/editing/edit_actions.py", "core/editing/targets.py"  # kinds of edits
+_DECISIONS = "s2ag_blender/takes/decisions.py", "s2ag_blender/ui/decisions.py"  # words and fields of edits
 _STATED = ("core/synthesis/postprocess.py",)  # keys of provenance
 ELSEWHERE: dict[str, tuple[str, ...]] = {
     "hand": (  # of a gesture or an edit; a bone or its part of a rig
         *("core/editing/", "core/motion/stroke_requests.py", "rigs/", "s2ag_blender/characters/", "s2ag_blender/rig/"),
-        *("s2ag_blender/takes/constraints.py", "s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py"),
+        *("s2ag_blender/takes/constraints.py", "s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py", *_DECISIONS),
     ),
     "hands": ("s2ag_blender/keys/", "s2ag_blender/rig/"),  # which bones are keyed
     "face": (  # arrays of a motion's face, a part of a character, a group of rows
@@ -75,9 +77,13 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
     "end_pose": ("s2ag_blender/",),
     "takes": ("s2ag_blender/takes/stored_settings.py", "s2ag_blender/ui/subpanels.py"),
     "kept": ("s2ag_blender/takes/take_list.py",),  # an argument of plan, the settings of a take
-    "pose": (*_EDITS, "s2ag_blender/takes/constraints.py"),
-    "style": (*_EDITS, "core/batch/manifest.py", "core/declaration.py", "core/sampling/style_map.py", *_STATED),  # a kind
+    "pose": (*_EDITS, "s2ag_blender/takes/constraints.py", *_DECISIONS),
+    "style": (  # a kind of edit, a column, a point of a map, the field of an operator
+        *(*_EDITS, "core/batch/manifest.py", "core/declaration.py", "core/sampling/style_map.py", *_STATED, *_DECISIONS),
+        *("s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py"),
+    ),
     "seed": (  # of an edit, of the program that places words, of a study
+        *_DECISIONS,
         *("core/editing/edits.py", "core/words/aligner/sphinx_engine.py", "core/cli/study.py"),
         *("s2ag_blender/takes/gesture_edits.py", "core/sampling/style_map.py"),
     ),
