@@ -5,7 +5,7 @@ spheres along palm and fingers, arms as spheres along their bones. Where spheres
 enough and elbows follow; hands keep their orientation. Other frames are unchanged. All coordinates are relative to the chest.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,19 +59,19 @@ def resolve_contacts(
     hands: dict[str, PosedHand],
     fps: float,
     strength: float = 1.0,
-    head: TurningHead | None = None,
+    heads: Sequence[TurningHead] = (),
 ) -> Generator[None, None, np.ndarray]:
     """Return ``directions`` (frames, 9, 3) in armature space with arms moved so that hands intersect nothing, in slices.
 
-    ``torso``, ``clavicles`` and ``strength`` as for :func:`proportions.clear_trunk`. Frames far from a contact stay equal to
-    the bit; if there is no contact, the same array is returned.
+    ``heads``: the head and the place before its face. ``torso``, ``clavicles`` and ``strength`` as for
+    :func:`proportions.clear_trunk`. Frames far from a contact stay equal to the bit; without one the same array is returned.
     """
     if strength <= 0 or not len(directions):
         return directions
     trunk = _Trunk(girth, chest_rotations(placed, torso))
     left, right = (_Arm(placed, directions, torso, clavicles[side], side, hands[side], trunk) for side in SIDES)
     for arm in (left, right):
-        for body in (trunk, head) if head is not None else (trunk,):
+        for body in (trunk, *heads):
             arm.move_out_of(body, fps)
         yield
     yield from _separate(left, right, fps)

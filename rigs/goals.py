@@ -268,11 +268,12 @@ class Goals:
             for index, side in enumerate(SIDES):
                 spheres = collision_spheres.HandSpheres(self.bones, self.hand(side), placed.lengths[side][2])
                 hands[side] = contact.PosedHand(spheres, self.target_hand(side), self.hands.shape[:, index])
-            head = None
+            heads: list[head_ellipsoid.TurningHead] = []
             if isinstance(girth.skull, head_ellipsoid.HeadEllipsoid):
-                head = head_ellipsoid.TurningHead(girth.skull, placed.frame, done["neck"], done["head"])
+                kinds = head_ellipsoid.TurningHead, head_ellipsoid.Sight
+                heads = [kind(girth.skull, placed.frame, done["neck"], done["head"]) for kind in kinds]
             self.directions = yield from contact.resolve_contacts(
-                girth, placed, self.directions, torso, clavicles, hands, self.fps, strength, head
+                girth, placed, self.directions, torso, clavicles, hands, self.fps, strength, heads
             )
 
     def _bring_elbows_forward(self) -> None:

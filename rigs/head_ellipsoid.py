@@ -44,6 +44,9 @@ def fit_head(bones: Bones, mapping: Mapping, points: np.ndarray) -> HeadEllipsoi
 class TurningHead:
     """A turning head: ``neck`` and ``head`` (frames, 4) are rotations in armature space, relative to the chest."""
 
+    bias = np.array([0.3, -0.4, 0.0])
+    """Added to the way out, so that it is outwards and ahead: aside to the arm's side, back and up."""
+
     def __init__(self, skull: HeadEllipsoid, frame: np.ndarray, neck: np.ndarray, head: np.ndarray):
         self.skull = skull
         self.turn = quaternion.to_matrix(rotation_in_frame(frame, head))
@@ -62,10 +65,21 @@ class TurningHead:
     def outward(self, points: np.ndarray, side: float) -> np.ndarray:
         """Return unit vectors (frames, 3) out of the head at ``points`` (frames, 3), for an arm on ``side`` (+1 left)."""
         halves = self.skull.halves
-        way = self._offset(points[:, None], slice(None))[:, 0] / halves**2 + np.array([0.3 * side, -0.4, 0.0]) / halves.min()
+        way = self._offset(points[:, None], slice(None))[:, 0] / halves**2 + self.bias * [side, 1, 1] / halves.min()
         way /= np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
         return np.matmul(self.turn, way[..., None])[..., 0]
 
     def _offset(self, points: np.ndarray, frames: slice | np.ndarray) -> np.ndarray:
         local = np.matmul(points - self.place[frames][:, None], self.turn[frames])
         return local + (self.skull.pivot - self.skull.middle)
+
+
+class Sight(TurningHead):
+    """The place before a face, which hands would hide: what is ahead of it counts as beside its middle."""
+
+    bias = np.array([0.6, 0.0, 0.0])
+
+    def _offset(self, points: np.ndarray, frames: slice | np.ndarray) -> np.ndarray:
+        local = super()._offset(points, frames)
+        local[..., 1] = np.maximum(local[..., 1], 0.0)
+        return local
