@@ -118,8 +118,13 @@ def test_a_hand_that_is_turned_into_the_trunk_comes_out():
     assert before["hand trunk"].max() > 0.1 * length > 0.06 * length > after["hand trunk"].max()
 
 
-def nodding(frames, reach=0.0):
-    """A head that nods, and hands that go ``reach`` of the way from before the chest to the middle of the head and back."""
+INTO_THE_HEAD = (0.55, 0.25, 0.75), (-0.72, -0.75, -0.15)
+BEFORE_THE_FACE = (0.3, 0.35, 0.9), (-0.6, -0.7, 0.2)
+"""Upper arm and forearm of the right hand."""
+
+
+def nodding(frames, reach=0.0, there=INTO_THE_HEAD):
+    """A head that nods, and hands that go ``reach`` of the way from before the chest to ``there`` and back."""
     whole = with_hands()
     bones = whole.bones()
     turn = np.random.default_rng(3).normal(size=(400, 3))
@@ -132,8 +137,8 @@ def nodding(frames, reach=0.0):
     for (upper, fore), side in zip(skeleton.ARMS, (-1, 1), strict=True):
         motion[:, upper] = [side * 0.35, 0.85, 0.4]
         motion[:, fore] = [-side * 0.2, 0.0, 1.0]
-        motion[:, upper] += share * ([side * 0.55, 0.25, 0.75] - motion[:, upper])
-        motion[:, fore] += share * ([-side * 0.72, -0.75, -0.15] - motion[:, fore])
+        for edge, goal in zip((upper, fore), there, strict=True):
+            motion[:, edge] += share * (goal * np.array([side, 1, 1]) - motion[:, edge])
     motion = skeleton.normalize(motion).astype(np.float32)
     palms = np.tile([[0.1, 0.3, -1.0], [-0.1, 0.3, -1.0]], (frames, 1, 1))
     hands = Hands.of(motion[:, FOREARMS], palms, np.tile(handshape.RELAXED, (frames, 2, 1)))
@@ -145,8 +150,11 @@ def nodding(frames, reach=0.0):
     return made, known, bones, whole
 
 
-def in_head(goals, known, bones, whole):
-    """How deep the joints of both hands lie in the head (frames,), read from the pose, negative outside."""
+def in_head(goals, known, bones, whole, axes=(0, 1, 2)):
+    """How deep the joints of both hands lie in the head (frames,), read from the pose, negative outside.
+
+    With ``axes`` left and up alone, seen from ahead.
+    """
     heads, orientations = pose(bones, rotations(goals) | goals.extras())
     row, placed = bones.row(whole.chains["head"][-1]), proportions.ArmOrigin(bones, whole.mapping)
     turned = orientations[:, row] @ bones.matrices[row, :3, :3].T
@@ -155,7 +163,7 @@ def in_head(goals, known, bones, whole):
     ]
     seen = np.einsum("fji,fnj->fni", turned, heads[:, joints] - heads[:, None, row]) + bones.heads[row]
     offset = (seen - placed.origin) @ placed.frame.T - known.middle
-    return (1 - np.linalg.norm(offset / known.halves, axis=-1)).max(-1)
+    return (1 - np.linalg.norm((offset / known.halves)[..., axes], axis=-1)).max(-1)
 
 
 def test_a_hand_stays_out_of_a_head_that_nods():
@@ -166,6 +174,15 @@ def test_a_hand_stays_out_of_a_head_that_nods():
     assert changed[0] > 15 and changed[-1] < FRAMES - 16
     (before, after), *_ = nodding(FRAMES)
     np.testing.assert_array_equal(before.directions, after.directions)
+
+
+def test_a_hand_does_not_hide_a_face_from_afar():
+    (before, after), *about = nodding(FRAMES, 1.0, BEFORE_THE_FACE)
+    assert in_head(before, *about).max() < -1  # it is a head away
+    hides = [in_head(goals, *about, axes=(0, 2)) for goals in (before, after)]
+    assert hides[0].max() > 0.5 and hides[1].max() < 0
+    steps = [degrees(goals.directions[1:, ARMS], goals.directions[:-1, ARMS]).max() for goals in (before, after)]
+    assert steps[1] < 1.2 * steps[0]
 
 
 def test_sides_and_scale_do_not_matter():
