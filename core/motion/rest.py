@@ -113,19 +113,6 @@ def scale_amplitude(directions: np.ndarray, intensity: float | np.ndarray, pose:
     return slerp(np.broadcast_to(pose, directions.shape), directions, share).astype(np.float32)
 
 
-def restore_amplitude(directions: np.ndarray, gain: np.ndarray | float, pose: np.ndarray = REST) -> np.ndarray:
-    """Restore the amplitude of a regressor's motion: small deviations from ``pose`` grow by ``gain``, above 95 degrees none.
-
-    ``gain`` is a number, or ``(9,)`` with one for every edge. A network that minimises an error stays nearer to the mean
-    than people do; how much is measured on held-out speech. The gain rises over the first second, so that the motion
-    starts in its seed pose.
-    """
-    onset = _smooth(np.arange(len(directions)) / skeleton.FPS)[:, None]
-    away = np.degrees(angle_between(directions, pose))
-    growth = 1 + onset * (gain - 1) * (1 - _smooth((away - 35) / (95 - 35)))
-    return slerp(np.broadcast_to(pose, directions.shape), directions, growth).astype(np.float32)
-
-
 def remove_jitter(directions: np.ndarray) -> np.ndarray:
     """Remove jitter from directions ``(frames, 9, 3)`` by light smoothing in time."""
     return skeleton.normalize(remove_jitter_of_numbers(directions)).astype(np.float32)

@@ -42,13 +42,13 @@ def generate(
     ``checkpoint`` is a :class:`loaded_checkpoint.LoadedCheckpoint` network.
     """
     if not checkpoint.draws:
-        from ..model import windows
+        from ..model import amplitude, windows
 
         latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
         network, inputs, window = checkpoint.network.generator, heard.features.slice, checkpoint.window[0]
         made = windows.generate(network, inputs, latents, seeds, heard.frames, window, progress, cancelled)
         calm, poses = map(rest.remove_jitter, made), (one.rest(heard.frames) for one in cast for _ in one.latents)
-        whole = [rest.restore_amplitude(next(calm), checkpoint.gain, pose) for pose in poses]
+        whole = [amplitude.restore_amplitude(next(calm), checkpoint.gain, pose) for pose in poses]
         return GeneratedTakes(np.stack(whole), (None,) * len(whole))
     asked = [_asked_strokes(checkpoint, heard, one) for one in cast]
     settings = {"lively": _noise_scale(heard.activity), "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}

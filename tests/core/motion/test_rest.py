@@ -64,28 +64,6 @@ def test_intensity_scales_the_departure_from_rest():
     np.testing.assert_allclose(more, np.minimum(full * 1.3, 170), atol=0.05)
 
 
-def test_restoring_enlarges_small_departures_and_leaves_large_ones():
-    turned = away_from_rest([0.3] * 15 + [0.1, 0.2, 0.9])
-    before, after = angles(turned, rest.REST)[15:], angles(rest.restore_amplitude(turned, 1.25), rest.REST)[15:]
-    small, large = before < 35, before > 95
-    assert small.any() and large.any()
-    np.testing.assert_allclose(after[small], before[small] * 1.25, atol=0.05)
-    np.testing.assert_allclose(after[large], before[large], atol=0.05)
-    np.testing.assert_allclose(rest.restore_amplitude(turned, 1.0), turned, atol=1e-5)
-    np.testing.assert_allclose(rest.restore_amplitude(turned, 1.25)[0], turned[0], atol=1e-5)
-
-
-def test_restoring_keeps_the_order_of_departures():
-    turned = away_from_rest(np.linspace(0, 1, 200))
-    assert (np.diff(angles(rest.restore_amplitude(turned, 1.4), rest.REST)[:, 5]) > 0).all()
-
-
-def away_from_rest(shares):
-    """Poses a share of the way from rest to its opposite."""
-    opposite = skeleton.canonical_to_y_up(rest.REST)
-    return np.stack([rest.slerp(rest.REST, opposite, np.array(share)) for share in shares])
-
-
 def test_slerp_survives_equal_and_opposite_vectors():
     up = np.array([0.0, 1.0, 0.0])
     assert np.isfinite(rest.slerp(up, up, np.array(0.5))).all()
