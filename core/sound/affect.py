@@ -27,10 +27,10 @@ _LIMIT = 3.0
 """Deviations from the centre at which a feature counts no further."""
 _AROUSAL = 4
 """The first features, whose mean is arousal."""
-_ORDINARY, _ABOVE, _BELOW = 0.1, 1.1, 0.5
+_ORDINARY, _ABOVE, _BELOW = 0.1, 1.1, 0.9
 """That mean where arousal is 0, and how far above and below it is 1 and -1: actors' joy, anger and fear have 1.3 to 1.6, their
 neutral speech 0.5, boredom and sadness 0 to 0.1, people who read aloud -0.2 to 0.2. Who reads or explains is an ordinary
-speaker, not a bored one."""
+speaker, not a bored one; below that all are alike (flat synthetic voices have -0.3), so it is heard half as strongly."""
 _VALENCE = np.array([0, 0, 0, 0, 0.7, 1.0, 0.5, 0.5, 0])
 _VALENCE_OF_AROUSAL, _AROUSAL_SPREAD = 1.28, 0.76
 """How much valence counts the mean of the first four: anger is harsher than joy, and both are harsher than calm speech."""
