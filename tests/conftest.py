@@ -56,14 +56,15 @@ def random_checkpoint(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def listening(tmp_path_factory):
-    """The shipped weights, as if they had been trained to follow the affect that is heard."""
+def deaf(tmp_path_factory):
+    """The shipped weights, as if they did not say that their controls follow the voice."""
     from s2ag.core.model.checkpoint_metadata import DEFAULT_CHECKPOINT
 
-    path = tmp_path_factory.mktemp("listening") / "heard.safetensors"
+    path = tmp_path_factory.mktemp("deaf") / "deaf.safetensors"
     shutil.copy(DEFAULT_CHECKPOINT, path)
     facts = json.loads(DEFAULT_CHECKPOINT.with_suffix(".json").read_text("utf-8"))
-    path.with_suffix(".json").write_text(json.dumps({**facts, "affect": "heard"}), "utf-8")
+    assert facts.pop("affect") == "heard"
+    path.with_suffix(".json").write_text(json.dumps(facts), "utf-8")
     return path
 
 

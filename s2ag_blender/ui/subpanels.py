@@ -93,7 +93,7 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
         take = take_list.active(armature)
         heard = control_curves.heard_now(take.action if take is not None else None, context.scene)
         if heard:
-            layout.label(text=translate("Arousal {arousal}, valence {valence}, dominance {dominance}", **heard), icon="SOUND")
+            layout.label(text=translate("Heard: {arousal}, {valence}, {dominance}", **heard), icon="SOUND")
             layout.operator("s2ag.key_heard", icon="FCURVE")
         layout.prop(settings, "partner")
         draw_group(layout, settings, "talk")

@@ -84,8 +84,8 @@ def test_a_character_listens_instead_of_speaking(speaker):
     assert not (told(speaker).get("transcript") or told(speaker)["mirror"])
 
 
-def test_what_was_heard_is_keyed_and_edited(speaker, examples, listening):
-    speaker.s2ag.audio, speaker.s2ag.checkpoint = str(examples / "hello.flac"), str(listening)
+def test_what_was_heard_is_keyed_and_edited(speaker, examples):
+    speaker.s2ag.audio = str(examples / "hello.flac")
     speaker.s2ag.arousal = 0.2
     press(bpy.ops.s2ag.generate)
     first, scene = take_list.active(speaker).action, bpy.context.scene
@@ -111,7 +111,8 @@ def test_what_was_heard_is_keyed_and_edited(speaker, examples, listening):
     assert told(speaker)["heard"]["arousal"] == heard
 
 
-def test_weights_that_hear_nothing_have_nothing_to_key(speaker):
+def test_weights_that_hear_nothing_have_nothing_to_key(speaker, deaf):
+    speaker.s2ag.checkpoint = str(deaf)
     press(bpy.ops.s2ag.generate)
     action = take_list.active(speaker).action
     assert control_curves.heard_now(action, bpy.context.scene) == {} == control_curves.heard_now(None, bpy.context.scene)

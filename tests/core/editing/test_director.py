@@ -316,7 +316,7 @@ def test_every_gesture_can_have_another_hand_and_size(after, base, asked):
 
 def test_a_style_begins_where_it_is_asked_for(after, base):
     at, room = 0.5 * base.duration, int(skeleton.FPS)
-    style = {"do": "style", "at": at, "style": "calm lecturer"}
+    style = {"do": "style", "at": at, "style": "deadpan"}
     motion, warnings = after(style)
     rows = touched(base, motion)
     assert rows[0] >= int(at * skeleton.FPS) and rows[-1] > 0.9 * len(base.directions) and not warnings

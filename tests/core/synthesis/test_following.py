@@ -1,11 +1,7 @@
 """What is heard in the voice moves the controls of networks that were trained so, beside sliders and below curves."""
 
-import json
-import shutil
-
 import numpy as np
 import pytest
-from s2ag.core.model.checkpoint_metadata import DEFAULT_CHECKPOINT
 from s2ag.core.settings import AFFECTS, CONTROLS
 from s2ag.core.sound import audio
 from s2ag.core.synthesis import curves, style_sequence
@@ -63,17 +59,6 @@ def test_later_takes_vary_around_what_is_heard():
 def angry(tmp_path_factory, shared):
     path = tmp_path_factory.mktemp("voice") / "angry.wav"
     write_wav(path, np.tile(audio.load(shared / "thorsten_emotional" / "angry.wav"), 2))
-    return path
-
-
-@pytest.fixture(scope="module")
-def deaf(tmp_path_factory):
-    """The shipped weights, as if they did not say that their controls follow the voice."""
-    path = tmp_path_factory.mktemp("deaf") / "deaf.safetensors"
-    shutil.copy(DEFAULT_CHECKPOINT, path)
-    facts = json.loads(DEFAULT_CHECKPOINT.with_suffix(".json").read_text("utf-8"))
-    assert facts.pop("affect") == "heard"
-    path.with_suffix(".json").write_text(json.dumps(facts), "utf-8")
     return path
 
 
