@@ -12,7 +12,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, cast
 
 from . import locks
 from .errors import OutputUnwritable
@@ -41,7 +41,7 @@ def open_file(path: str | os.PathLike) -> BinaryIO:
 def sha256(path: str | os.PathLike) -> str:
     """Return the SHA-256 (hexadecimal) of a file's content; raises OSError."""
     with open_file(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        return hashlib.file_digest(cast(Any, file), "sha256").hexdigest()
 
 
 MAX_LOGS = 10

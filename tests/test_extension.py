@@ -21,6 +21,7 @@ GUARDED = {
     ("core.model.loading", "core.model.torch_inference"),
     ("core.synthesis.features", "core.model.table_features"),
     ("core.synthesis.generation", "core.model.windows"),
+    ("core.synthesis.generation", "core.model.amplitude"),
     ("core.words.aligner.engines", "core.words.aligner.sphinx_engine"),
 }
 """Imports in functions that need the full engine: the first raises :class:`EngineMissing` without it, the next two are for
