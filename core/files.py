@@ -38,6 +38,12 @@ def open_file(path: str | os.PathLike) -> BinaryIO:
     return open(path, "rb")
 
 
+def read_bytes(path: str | os.PathLike) -> bytes:
+    """Return a file's content; raises OSError as :func:`open_file`."""
+    with open_file(path) as file:
+        return file.read()
+
+
 def sha256(path: str | os.PathLike) -> str:
     """Return the SHA-256 (hexadecimal) of a file's content; raises OSError."""
     with open_file(path) as file:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import UsageError
 from ..motion import limits, rest, skeleton
-from ..motion.interpolation import true_runs
+from ..motion.interpolation import ramp, true_runs
 from ..motion.motion import Motion
 from ..words import hints
 from . import frame_ranges, gestures, regeneration, semantic_gestures, transitions
@@ -288,11 +288,11 @@ def _share(t: np.ndarray, even: bool, frames: float) -> np.ndarray:
     """Return the share of a way that is done at shares ``t`` of its time, beginning and ending at rest."""
     t = np.clip(t, 0, 1)
     if not even:
-        return t**3 * (10 - 15 * t + 6 * t**2)
-    ramp = min(_RAMP * skeleton.FPS / frames, 0.5)
-    top = 1 / (1 - ramp)
-    done = np.where(t < ramp, 0.5 * top * t**2 / ramp, top * (t - 0.5 * ramp))
-    return np.where(t > 1 - ramp, 1 - 0.5 * top * (1 - t) ** 2 / ramp, done)
+        return ramp(t, 0.0, 1.0)
+    rising = min(_RAMP * skeleton.FPS / frames, 0.5)
+    top = 1 / (1 - rising)
+    done = np.where(t < rising, 0.5 * top * t**2 / rising, top * (t - 0.5 * rising))
+    return np.where(t > 1 - rising, 1 - 0.5 * top * (1 - t) ** 2 / rising, done)
 
 
 def _fading(t: np.ndarray, frames: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import S2agError
-from ..files import open_file
+from ..files import read_bytes
 
 
 class PickleUnreadable(S2agError):
@@ -46,7 +46,7 @@ def read(source: bytes | str | PathLike) -> Any:
     """Return the content of a pickle in memory or in a file; raises :class:`PickleUnreadable`."""
     name = "The pickle" if isinstance(source, bytes) else str(source)
     try:
-        data = source if isinstance(source, bytes) else open_file(source).read()
+        data = source if isinstance(source, bytes) else read_bytes(source)
         return _Reader().read(data)
     except Exception as error:  # a damaged pickle can raise anything
         reason = " ".join(str(error).split())[:120]

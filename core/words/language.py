@@ -9,7 +9,7 @@ from typing import Any
 
 from .. import json_text
 from ..errors import EngineMissing, TranscriptUnreadable
-from ..files import open_file
+from ..files import read_bytes
 from ..optional_packages import pocketsphinx
 from .aligner import sphinx_model
 
@@ -57,7 +57,7 @@ def _voice(code: str | None) -> str | None:
     voices: dict[str, str] = {}
     for path in sorted(Path(spec.origin).with_name("espeak-ng-data").joinpath("lang").rglob("*")):
         if path.is_file():
-            text = open_file(path).read().decode("utf-8", "replace")
+            text = read_bytes(path).decode("utf-8", "replace")
             voices |= {name.lower(): path.name for name in _CODE.findall(text) if name.lower() not in voices}
             voices[path.name.lower()] = path.name
     if code not in voices:

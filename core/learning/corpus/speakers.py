@@ -181,12 +181,6 @@ NOISE_SCALES = {
     "calm lecturer": 0.97,
 }  # fmt: skip
 """Scale of the noise for performers that must be calm: sampled motion is livelier than the motion it was trained on."""
-ARM_REST = {
-    "warm host": 0.54, "thoughtful explainer": 0.54, "news anchor": 0.54, "diplomat": 0.54, "brisk presenter": 0.45,
-    "nervous": 0.36, "eager storyteller": 0.36, "street preacher": 0.36, "sales rep": 0.36, "excited teenager": 0.36,
-    "tour guide": 0.36, "shy student": 0.23, "elegant host": 0.27, "skeptic": 0.09,
-}  # fmt: skip
-"""How readily waiting arms sink to hang during speech, for performers whose hands mostly wait in front of the body."""
 DEFAULT = "eager storyteller"
 """The performer of requests that name no style."""
 
@@ -200,7 +194,6 @@ def describe() -> list[dict]:
             "default": performer.name == DEFAULT,
             "semantic": performer.semantic,
             "chance": NOISE_SCALES.get(performer.name, 1.0),
-            "hangs": ARM_REST.get(performer.name, 0.0),
         }
         for performer in PERFORMERS
     ]

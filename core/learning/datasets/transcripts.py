@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import json_text
 from ...errors import CorpusUnreadable
-from ...files import open_file
+from ...files import read_bytes
 
 Word = tuple[str, float, float]
 SUFFIXES = (".json", ".TextGrid", ".txt")
@@ -52,7 +52,7 @@ def table(path: Path) -> list[Word]:
     if path.stat().st_size > LARGEST:
         raise ValueError(f"it is larger than {LARGEST // 1_000_000} MB")
     words: list[Word] = []
-    for line in open_file(path).read().decode("utf-8-sig").splitlines():
+    for line in read_bytes(path).decode("utf-8-sig").splitlines():
         start, end, text = (line.split("\t") + ["", ""])[:3]
         parts = [word for word in text.split() if any(sign.isalnum() for sign in word)]
         if not parts:
@@ -64,7 +64,7 @@ def table(path: Path) -> list[Word]:
 
 def textgrid(path: Path) -> list[Word]:
     """Return the words of the tier "words" (else the first) of a long-form TextGrid; empty intervals are pauses."""
-    raw = open_file(path).read()
+    raw = read_bytes(path)
     text = raw.decode("utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     tiers = re.split(r"item\s*\[\d+\]\s*:", text)[1:]
     if not tiers:

@@ -20,7 +20,6 @@ _AROUND, _EASE = 4, 0.1
 """Frames to each side that are smoothed as much, and seconds over which smoothing sets in: of a bell, 0.53 s long, all."""
 
 
-
 def speed_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
     """Nothing happens where no arm is too fast."""
     if len(body.directions) < 3:

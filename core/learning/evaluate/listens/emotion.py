@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ....motion import skeleton
+from ..classifiers import area_under_curve
 from ..comparisons import evenly_spaced
 from ..generation import Generator, PerformanceOptions
 from . import bearing
@@ -84,8 +85,7 @@ def share_above(high: np.ndarray, low: np.ndarray) -> float:
     """Return the share of pairs in which the first is above the second, ties half (area under the curve); NaN without any."""
     if not (len(high) and len(low)):
         return float("nan")
-    differences = np.sign(np.asarray(high, float)[:, None] - np.asarray(low, float))
-    return float(0.5 + 0.5 * differences.mean())
+    return area_under_curve(np.asarray(high, float), np.asarray(low, float))
 
 
 def measure(
