@@ -1,4 +1,4 @@
-"""Bone maps: JSON files that users read, edit and share. Also prints the result of a detection as a table.
+"""Bone maps: JSON files that users read, edit and share.
 
 A map lists the bones of each part, lowest first; ``[]`` leaves a part at rest::
 
@@ -16,7 +16,6 @@ A map lists the bones of each part, lowest first; ``[]`` leaves a part at rest::
 """
 
 import json
-import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 from os import PathLike
@@ -107,18 +106,6 @@ def parse(data: object, where: str = "The bone map") -> Mapping:
     return Mapping(chains, family, "".join(hips), switches=switches, findings=findings)
 
 
-def table(mapping: Mapping) -> str:
-    """Return the findings as a text table: part, bones, how they were found, and a note."""
-    rows = [("PART", "BONES", "FOUND BY", "")]
-    for item in mapping.findings:
-        rows.append((item.part.replace("_", " "), ", ".join(item.bones) or "-", item.how or "missing", item.note))
-    widths = [max(_width(row[column]) for row in rows) for column in range(3)]
-    return "\n".join(
-        "  ".join(cell + " " * (wide - _width(cell)) for cell, wide in zip(row, [*widths, 0], strict=True)).rstrip()
-        for row in rows
-    )
-
-
 _ALWAYS = frozenset(row for row in ROWS if not row.endswith("_twist"))
 """Parts that are listed even without bones."""
 
@@ -143,8 +130,3 @@ def _switches(value: object, where: str) -> tuple[Switch, ...]:
     except (TypeError, KeyError, ValueError):
         remedy = 'Write them as [{"bone": "Hand_IK", "path": "[\\"ik_fk\\"]", "value": 1.0}].'
         raise RigUnusable(f"{where} has switches without bone, path and value.", remedy) from None
-
-
-def _width(text: str) -> int:
-    """Return the width of a text on a terminal in columns; Chinese, Japanese and Korean letters take two."""
-    return sum(1 + (unicodedata.east_asian_width(letter) in "WF") for letter in text)

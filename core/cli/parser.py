@@ -7,12 +7,15 @@ from collections.abc import Sequence
 
 from ..errors import UsageError
 from ..version import VERSION
-from . import animate, edit, engine, rig, styles, synth
+from . import animate, styles, synth
 from .parsing import Parser
 
-VERBS = (synth, animate, edit, rig, styles, engine)
+VERBS = (synth, animate, styles)
 """Modules of the verbs that the Python package and Blender's extension have."""
 PACKAGE_VERBS = {
+    "edit": "engine",
+    "rig": "blender",
+    "engine": "full",
     "doctor": "engine",
     "sample": "blender",
     "batch": "blender",

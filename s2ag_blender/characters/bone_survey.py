@@ -8,11 +8,15 @@ Runs in a process of its own. The file is a JSON object: ``character``, ``gender
 
 import json
 import sys
-from typing import Any
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any
 
 from ...core import json_text
 from ...core.errors import UsageError
 from .. import program
+
+if TYPE_CHECKING:
+    from ..datablocks import ArmatureObject
 
 KEYS = {"character", "gender", "armature", "map", "face_map"}
 
@@ -32,11 +36,11 @@ def survey(
     """Load a character in this Blender, whose open file is lost; return the content of ``result``. Raises S2agError."""
     import bpy
 
-    from ...rigs import maps
+    from ...rigs import map_table, maps
     from ...rigs.faces import shapes
     from ...rigs.family import families
     from ..rig import facemaps, reading
-    from . import face_lookup, loading
+    from . import loading
 
     mapping, face = maps.load(map) if map else None, shapes.load(face_map) if face_map else None
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -48,12 +52,43 @@ def survey(
         "armature": item.name,
         "family": {family.key: family.name for family in families()}.get(detected.family, detected.family),
         "bones": len(item.data.bones),
-        "table": maps.table(detected),
+        "table": map_table.table(detected),
         "map": json.loads(maps.dump(detected)),
-        "face": face_lookup.describe_face(item),
+        "face": describe_face(item),
         "warnings": [*detected.warnings, *summoned.disarmed],
         "refusal": refusal and {"message": refusal.message, "remedy": refusal.remedy},
     }
+
+
+def describe_face(armature: "ArmatureObject") -> dict[str, Any]:
+    """Return ``table``, the face's parts and what shows them as lines of text, and ``map``, its map as JSON, or None."""
+    from ...rigs.faces import bones as face_bones
+    from ...rigs.faces import shapes
+    from . import face_lookup
+
+    found, face = face_lookup.find(armature), face_lookup.face_map(armature)
+    if found is None or face is None:
+        return {"table": "no shape keys or bones that speak were found", "map": None}
+    by_key = {
+        part: [key for key, ways in found.shapes.keys.items() if _shows(ways, names)] for part, names in shapes.PARTS.items()
+    }
+    by_bone = {
+        part: [bone for key, bone in found.bones.items() if face_bones.shown_channels([key]) & set(names)]
+        for part, names in shapes.PARTS.items()
+    }
+    missing = set(found.missing)
+    lines = [f"{found.shapes.family}, {len(found.shapes.keys)} keys, {len(found.bones)} bones"]
+    for part in shapes.PARTS:
+        what = [*by_key[part], *by_bone[part]]
+        by_rest = "by other parts or at rest"
+        lines.append(
+            f"  {part:<23}{'missing' if part in missing else ', '.join(what[:4]) + (' ...' if what[4:] else '') or by_rest}"
+        )
+    return {"table": "\n".join(lines), "map": shapes.dump(face)}
+
+
+def _shows(weights: dict[str, Any], names: Collection[str]) -> bool:
+    return bool({name.rstrip("+-") for name, weight in weights.items() if weight} & set(names))
 
 
 def _read(path: str) -> dict[str, Any]:

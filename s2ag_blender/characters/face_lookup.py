@@ -1,8 +1,6 @@
 """Detects a character's face: which shape keys and bones show which part of a facial expression."""
 
-from collections.abc import Collection
 from dataclasses import dataclass, field
-from typing import Any
 
 import bpy
 
@@ -57,33 +55,6 @@ def face_map(armature: ArmatureObject) -> shapes.Shapes | None:
     return shapes.Shapes(
         found.shapes.family, parts, found.shapes.rest, bones=_parts(armature, facemaps.read_face_map(armature))
     )
-
-
-def describe_face(armature: ArmatureObject) -> dict[str, Any]:
-    """Return ``table``, the face's parts and what shows them as lines of text, and ``map``, its map as JSON, or None."""
-    found, face = find(armature), face_map(armature)
-    if found is None or face is None:
-        return {"table": "no shape keys or bones that speak were found", "map": None}
-    by_key = {
-        part: [key for key, ways in found.shapes.keys.items() if _shows(ways, names)] for part, names in shapes.PARTS.items()
-    }
-    by_bone = {
-        part: [bone for key, bone in found.bones.items() if face_bones.shown_channels([key]) & set(names)]
-        for part, names in shapes.PARTS.items()
-    }
-    missing = set(found.missing)
-    lines = [f"{found.shapes.family}, {len(found.shapes.keys)} keys, {len(found.bones)} bones"]
-    for part in shapes.PARTS:
-        what = [*by_key[part], *by_bone[part]]
-        by_rest = "by other parts or at rest"
-        lines.append(
-            f"  {part:<23}{'missing' if part in missing else ', '.join(what[:4]) + (' ...' if what[4:] else '') or by_rest}"
-        )
-    return {"table": "\n".join(lines), "map": shapes.dump(face)}
-
-
-def _shows(weights: dict[str, Any], names: Collection[str]) -> bool:
-    return bool({name.rstrip("+-") for name, weight in weights.items() if weight} & set(names))
 
 
 def _parts(

@@ -15,10 +15,10 @@ def maps() -> Seeds:
 
 
 def read_map(path: Path) -> None:
-    from s2ag.rigs import maps
+    from s2ag.rigs import map_table, maps
 
     found = maps.load(path)
-    maps.table(found)
+    map_table.table(found)
     maps.parse(json.loads(maps.dump(found)))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import skeletons
 from s2ag.core.errors import OutputUnwritable, RigUnusable
-from s2ag.rigs import maps
+from s2ag.rigs import map_table, maps
 from s2ag.rigs.detect import ROWS, detect
 from s2ag.rigs.family import Switch, families
 from s2ag.rigs.skeleton import ARMS, Finding, Mapping
@@ -116,11 +116,11 @@ def test_a_map_that_checks_out_needs_arms_and_one_use_of_each_bone():
 
 
 def test_the_table_lines_up_whatever_the_letters():
-    lines = maps.table(found("mmd")).splitlines()
+    lines = map_table.table(found("mmd")).splitlines()
     assert lines[0].split() == ["PART", "BONES", "FOUND", "BY"]
-    assert len({maps._width(line[: line.index("name")]) for line in lines[1:]}) == 1
+    assert len({map_table._width(line[: line.index("name")]) for line in lines[1:]}) == 1
     mapping = Mapping({}, findings=(Finding("head", ("Head",), "name"), Finding("neck", note="no bone is called so")))
-    assert maps.table(mapping).splitlines() == [
+    assert map_table.table(mapping).splitlines() == [
         "PART  BONES  FOUND BY",
         "head  Head   name",
         "neck  -      missing   no bone is called so",

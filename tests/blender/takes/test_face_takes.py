@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 import simple_heads
-from s2ag.s2ag_blender.characters import face_lookup
+from s2ag.s2ag_blender.characters import bone_survey, face_lookup
 from s2ag.s2ag_blender.keys import faces
 from s2ag.s2ag_blender.takes import drafts, generate, take_list
 
@@ -75,11 +75,11 @@ def test_a_face_s_map_is_saved_edited_and_loaded(speaker, key, tmp_path):
     path = tmp_path / "face.json"
     assert bpy.ops.s2ag.save_face_map(filepath=str(path)) == {"FINISHED"}
     content = json.loads(path.read_text("utf-8"))
-    assert content["keys"]["jawOpen"] == {"JAW": 0.5} and face_lookup.describe_face(speaker)["map"] == path.read_text("utf-8")
+    assert content["keys"]["jawOpen"] == {"JAW": 0.5} and bone_survey.describe_face(speaker)["map"] == path.read_text("utf-8")
     content["keys"] = {"mouthPucker": {"JAW": 1.0}}
     path.write_text(json.dumps(content))
     assert bpy.ops.s2ag.load_face_map(filepath=str(path)) == {"FINISHED"}
-    assert "blinks" in face_lookup.find(speaker).missing and "missing" in face_lookup.describe_face(speaker)["table"]
+    assert "blinks" in face_lookup.find(speaker).missing and "missing" in bone_survey.describe_face(speaker)["table"]
     speaker.s2ag.face = True
     bpy.ops.s2ag.generate()
     assert track(key, "mouthPucker").any() and not track(key, "jawOpen").any()
