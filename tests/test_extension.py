@@ -18,14 +18,17 @@ ROOT = Path(__file__).resolve().parents[1]
 MOST_LINES = 40_000
 """Of Python in the zip, which is the extension and nothing else."""
 GUARDED = {
+    ("core.cli.outputs", "core.cli.motion_export"),
+    ("core.cli.synthesis_options", "core.cli.cell_options"),
     ("core.model.loading", "core.model.torch_inference"),
     ("core.synthesis.features", "core.model.table_features"),
     ("core.synthesis.generation", "core.model.windows"),
     ("core.synthesis.generation", "core.model.amplitude"),
     ("core.words.aligner.engines", "core.words.aligner.sphinx_engine"),
 }
-"""Imports in functions that need the full engine: the first raises :class:`EngineMissing` without it, the next two are for
-networks that only the first loads, and the last is not reached where the module is missing."""
+"""Imports in functions. The first two follow a sentence that the package is needed; the others need the full engine: the first
+of them raises :class:`EngineMissing` without it, the next are for networks that only the first loads, and the last is not
+reached where the module is missing."""
 
 
 def excluded(path, patterns):
@@ -146,6 +149,10 @@ def test_commands_of_the_package_are_refused_in_a_sentence(built, tmp_path):
     assert done.returncode == 0 and "calm lecturer" in done.stdout, done.stderr
     offered = subprocess.run([*start, "--help"], capture_output=True, text=True).stdout
     assert "animate" in offered and "bench" not in offered
+    for outside in (["-o", "x.bvh"], ["-o", "x.npz", "--from", "sheet.json:1"]):
+        done = subprocess.run([*start, "synth", *outside, "x.wav"], capture_output=True, text=True, cwd=tmp_path)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+        assert "of the Python package s2ag" in done.stderr
 
 
 def test_the_zip_gestures_without_the_full_engine_and_says_what_needs_it(built, tmp_path):

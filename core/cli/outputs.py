@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from ..files import check_output
+from ..optional_packages import require_whole
 
 if TYPE_CHECKING:
     from ..motion.motion import Motion
@@ -55,20 +56,18 @@ def numbered(path: Path, take: int, takes: int) -> Path:
     return path if takes == 1 else path.with_name(f"{path.stem}-{take + 1}{path.suffix}")
 
 
+def require_formats(outputs: Sequence[Path]) -> None:
+    """Raise :class:`UsageError` in Blender's extension for motions in other formats than .npz."""
+    for path in outputs:
+        if path.suffix.lower() != ".npz":
+            require_whole(f"{path.name}, a motion without a character, is an output")
+
+
 def save(motion: "Motion", path: Path) -> None:
     """Write a motion in the format of the path's suffix."""
-    from ...rigs import bvh
-    from ..motion import json_export
+    if path.suffix.lower() == ".npz":
+        motion.save(path)
+        return
+    from . import motion_export
 
-    writers = {".npz": lambda motion, path: motion.save(path), ".bvh": bvh.save, ".json": json_export.save, ".tsv": _save_cues}
-    writer = _save_cues if path.name.lower().endswith(".rhubarb.json") else writers[path.suffix.lower()]
-    writer(motion, path)
-
-
-def _save_cues(motion: "Motion", path: Path) -> None:
-    """Write the mouth as cues in Rhubarb's format; raises :class:`UsageError` without a face."""
-    from ..motion import rhubarb
-
-    if motion.face is None:
-        raise UsageError(f"{path} is to hold a mouth, and there is no face.", "Add --face.")
-    rhubarb.save(motion.face, path)
+    motion_export.save(motion, path)

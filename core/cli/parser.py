@@ -2,10 +2,9 @@
 
 import argparse
 import importlib
-import importlib.util
 from collections.abc import Sequence
 
-from ..errors import UsageError
+from ..optional_packages import is_whole, require_whole
 from ..version import VERSION
 from . import animate, styles, synth
 from .parsing import Parser
@@ -32,9 +31,8 @@ _ELSEWHERE = {**PACKAGE_VERBS, "train": "train"}
 def require_available(arguments: Sequence[str]) -> None:
     """Raise :class:`UsageError` if the verb is one of the Python package and this is Blender's extension."""
     verb = arguments[0] if arguments else ""
-    if verb in _ELSEWHERE and not _is_package():
-        remedy = f'In a Python of your own: pip install "s2ag[{_ELSEWHERE[verb]}]"'
-        raise UsageError(f"{verb} is a command of the Python package s2ag, not of Blender's extension.", remedy)
+    if verb in _ELSEWHERE:
+        require_whole(f"{verb} is a command", _ELSEWHERE[verb])
 
 
 def parser() -> Parser:
@@ -47,7 +45,7 @@ def parser() -> Parser:
     )
     whole.add_argument("--version", action="version", version=f"s2ag {VERSION}")
     commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    package_verbs = PACKAGE_VERBS if _is_package() else ()
+    package_verbs = PACKAGE_VERBS if is_whole() else ()
     for verb in (*VERBS, *(importlib.import_module(f".{name}", __package__) for name in package_verbs)):
         command = commands.add_parser(
             verb.__name__.rpartition(".")[2],
@@ -59,8 +57,3 @@ def parser() -> Parser:
         verb.configure(command)
         command.set_defaults(run=verb.run)
     return whole
-
-
-def _is_package() -> bool:
-    """Return whether this is the whole Python package rather than the extension's zip."""
-    return importlib.util.find_spec("..learning", __package__) is not None

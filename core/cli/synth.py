@@ -23,6 +23,7 @@ def run(options: argparse.Namespace) -> int:
     """Write every take to every output."""
     request = synthesis_options.request(options)
     files = outputs.plan_files(options.outputs, SUFFIXES, request, synthesis_options.inputs(options))
+    outputs.require_formats(options.outputs)
     result = synthesis_options.synthesize(options, request)
     for motion, paths in zip(result.motions, files, strict=True):
         for path in paths:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..declaration import SAME, Setting
 from ..errors import UsageError
+from ..optional_packages import require_whole
 from ..settings import Documents, Models, Settings, names_with, table
 from ..settings import command_options as options_of
 from ..threads import set_passive_waiting
@@ -89,7 +90,10 @@ def request(options: argparse.Namespace, **changes: Any) -> "Request":
     from ..synthesis.request import Request
 
     if getattr(options, "chosen", None):
-        return _request_of_cell(options)
+        require_whole("--from is an option")
+        from .cell_options import request_of_cell
+
+        return request_of_cell(options, options.checkpoint, lambda one: _value(options, one), _has_words(options))
     if options.audio is None:
         raise UsageError("No recording was given.", "Name an audio or video file.")
     values = {one.name: _value(options, one) for one in options_of(Settings) if one.kind != "document"}
@@ -106,25 +110,6 @@ def _value(options: argparse.Namespace, setting: Setting) -> Any:
     if setting.by_character and value is None:
         return setting.by_character(getattr(options, "character", None))
     return value
-
-
-def _request_of_cell(options: argparse.Namespace) -> "Request":
-    """Return the request that reproduces a cell of a sample; sets ``options.audio`` to its recording by default."""
-    from ..sampling.sheet import request_of_cell
-    from ..synthesis.request import Request
-
-    own = [one for one in options_of(Settings) if "own" in one.cell]
-    if any(getattr(options, one.name) not in (one.usually, None, []) for one in own):
-        flags = ", ".join(one.flag for one in own if not one.control)
-        raise UsageError("A chosen cell has its own style, seed and settings.", f"Leave out {flags} and the controls.")
-    named = "" if options.audio is None else str(options.audio.absolute())
-    values = request_of_cell(options.chosen, options.checkpoint, named)
-    is_other = named not in ("", values["audio"])
-    options.audio = options.audio or Path(values["audio"])
-    if is_other or _has_words(options):
-        values |= {"audio": options.audio, **{name: _value(options, table(Settings)[name]) for name in names_with(words=True)}}
-    free = [one for one in options_of(Settings) if not (one.cell or one.alternatives or one.partner)]
-    return Request(**values, **{one.name: _value(options, one) for one in free})
 
 
 def _has_words(options: argparse.Namespace) -> bool:

@@ -4,7 +4,6 @@ A: closed for p, b, m. B: slightly open, clenched teeth. C: open. D: wide open. 
 the lip, f and v. H: tongue up, long l. X: idle.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
@@ -14,7 +13,7 @@ import numpy as np
 
 from .. import json_text
 from ..errors import UsageError
-from ..files import atomic_file, open_file
+from ..files import open_file
 from .face import CHANNELS, CLOSED_JAW, RATE, VISEMES, Face, round_weights
 from .motion import Motion
 
@@ -23,11 +22,6 @@ MAX_FILE_BYTES = 16_000_000
 """Largest file in bytes."""
 _MAX_CUES = 200_000
 """Largest number of cues: four per second for half a day."""
-SHAPE_OF_VISEME = {
-    "PP": "A", "FF": "G", "TH": "B", "DD": "B", "KK": "B", "CH": "B", "SS": "B", "NN": "B", "RR": "E", "AA": "D", "EH": "C",
-    "IH": "B", "OH": "E", "OU": "F", "sil": "X",
-}  # fmt: skip
-"""Rhubarb's shape of each viseme."""
 SHAPE_WEIGHTS = {
     "A": {"PP": 1.0}, "B": {"IH": 0.5, "SS": 0.25, "JAW": 0.1}, "C": {"EH": 0.8, "JAW": 0.4}, "D": {"AA": 0.9, "JAW": 0.75},
     "E": {"OH": 0.8, "JAW": 0.35}, "F": {"OU": 0.9, "JAW": 0.15}, "G": {"FF": 0.9, "JAW": 0.05}, "H": {"NN": 0.9, "JAW": 0.3},
@@ -35,48 +29,14 @@ SHAPE_WEIGHTS = {
 }  # fmt: skip
 """Face channels of each of Rhubarb's shapes."""
 _MAX_SECONDS = 13 * 3600.0
-_TRANSITION, _MIN_CUE = 0.07, 0.03
-"""Seconds of a transition between shapes, and of the shortest cue that is written."""
+_TRANSITION = 0.07
+"""Seconds of a transition between shapes."""
 
 Cue = tuple[str, float, float]
 
 
-def cues(face: Face) -> list[Cue]:
-    """Return a face's cues ``(shape, start, end)`` in seconds, without gaps: A for closed lips, else the strongest shape."""
-    spans = [(SHAPE_OF_VISEME[name], start, end) for name, start, end in face.cues()]
-    letters = np.full(len(face.weights), "X")
-    for shape, start, end in spans:
-        letters[round(start * RATE) : round(end * RATE)] = shape
-    letters[letters == "A"] = "B"
-    for start, end in face.closures:
-        letters[round(start * RATE) : max(round(end * RATE), round(start * RATE) + 1)] = "A"
-    edges = np.flatnonzero(letters[1:] != letters[:-1]) + 1
-    marks = [0, *edges.tolist(), len(letters)]
-    result: list[Cue] = []
-    for begin, stop in zip(marks[:-1], marks[1:], strict=True):
-        shape = str(letters[begin])
-        if result and (shape == result[-1][0] or (stop - begin < _MIN_CUE * RATE and shape != "A")):
-            result[-1] = (*result[-1][:2], stop / RATE)
-        else:
-            result.append((shape, begin / RATE, stop / RATE))
-    return result
-
-
-def save(face: Face, path: str | PathLike, sound: str = "") -> None:
-    """Write the cues of a face atomically, as TSV or JSON by the suffix of ``path``; ``sound`` names the audio in JSON."""
-    mouth_cues = cues(face)
-    if Path(path).suffix.lower() == ".tsv":
-        text = "".join(f"{start:.2f}\t{shape}\n" for shape, start, _ in mouth_cues) + f"{mouth_cues[-1][2]:.2f}\tX\n"
-    else:
-        mouth = [{"start": round(start, 2), "end": round(end, 2), "value": shape} for shape, start, end in mouth_cues]
-        about = {"soundFile": sound, "duration": round(face.duration, 2)}
-        text = json.dumps({"metadata": about, "mouthCues": mouth}, indent=2) + "\n"
-    with atomic_file(path) as temporary:
-        temporary.write_text(text, "utf-8")
-
-
 def load(path: str | PathLike) -> list[Cue]:
-    """Read the cues of a file written by Rhubarb or :func:`save`; raises :class:`UsageError` with the reason."""
+    """Read the cues of a file written by Rhubarb or :mod:`rhubarb_export`; raises :class:`UsageError` with the reason."""
     path = Path(path)
     try:
         if path.suffix.lower() == ".tsv":
