@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 from ..files import check_output
-from ..optional_packages import require_whole
+from .package_parts import require_whole
 
 if TYPE_CHECKING:
     from ..motion.motion import Motion

@@ -4,9 +4,9 @@ import argparse
 import importlib
 from collections.abc import Sequence
 
-from ..optional_packages import is_whole, require_whole
 from ..version import VERSION
 from . import animate, styles, synth
+from .package_parts import is_whole, require_whole
 from .parsing import Parser
 
 VERBS = (synth, animate, styles)

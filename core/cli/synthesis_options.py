@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..declaration import SAME, Setting
 from ..errors import UsageError
-from ..optional_packages import require_whole
 from ..settings import Documents, Models, Settings, names_with, table
 from ..settings import command_options as options_of
 from ..threads import set_passive_waiting
+from .package_parts import require_whole
 from .progress import Progress, note
 
 if TYPE_CHECKING:
