@@ -1,33 +1,36 @@
-"""Finds the bones beyond the mapped ones that may be keyed without overwriting the user's work: hands, fingers, twist bones."""
+"""Finds the bones beyond the mapped ones that may be keyed without overwriting the user's work: hands, fingers, twist bones.
 
-from typing import Any
+What a user wants to stay as it is, is keyed, locked, or ruled by a constraint or a driver. A pose without keys is no such
+wish for hands: importers leave one on most bones, and it tells nothing about who made it.
+"""
+
+from collections.abc import Collection, Iterator
 
 import bpy
 import numpy as np
-from mathutils import Quaternion
 
+from ...rigs import fingers
+from ...rigs.goals import Goals
 from .. import compat, provenance
 from ..datablocks import ArmatureObject
 from . import dependencies
 
 _AT_REST = 1e-4
 """A rotation counts as rest up to this difference (radians, or units of its channels)."""
-EASE = "s2ag_ease"
-"""Custom property of a pose bone: its relaxed rotation (4,) as the character came, which is no work of the user."""
 
 
-def free_bones(armature: ArmatureObject, ruled: bool = False, eased: bool = False) -> set[str]:
-    """Return the names of bones at rest, or posed only by this package's actions, that nothing else turns.
+def free_bones(armature: ArmatureObject, ruled: bool = False, posed: bool = False) -> set[str]:
+    """Return the names of bones that nothing but this package's actions turns, at rest or as they left them.
 
-    Excludes bones that the user posed or keyed, that are locked, or that have an active constraint or a driver; ``ruled``
-    includes those with constraints and drivers. ``eased`` includes bones that still have the character's relaxed rotation.
+    Excludes bones that other actions key, that are locked, or that have an active constraint or a driver; ``ruled``
+    includes those with constraints and drivers, ``posed`` those that have a pose without keys.
     """
     ours, theirs = keyed_bones(armature)
     if not ruled:
         theirs |= {dependencies.bone_of(curve.data_path) for curve in dependencies.drivers(armature)}
         theirs |= set(dependencies.ik_constraints(armature))
     bones = {
-        bone.name: bone.name in ours or _rests(bone) or (eased and _at_ease(bone))
+        bone.name: posed or bone.name in ours or _rests(bone)
         for bone in armature.pose.bones
         if bone.name not in theirs
         and not any(bone.lock_rotation)
@@ -38,9 +41,32 @@ def free_bones(armature: ArmatureObject, ruled: bool = False, eased: bool = Fals
     )
 
 
-def eased_bones(armature: ArmatureObject) -> list[str]:
-    """Return the names of the bones that still have the relaxed rotation with which the character came."""
-    return [bone.name for bone in armature.pose.bones if _at_ease(bone)]
+def posed_palms(armature: ArmatureObject, goals: Goals, free: Collection[str]) -> set[str]:
+    """Return the free bones between hands and fingers that have a pose: the fingers of a motion start from rest."""
+    found, bones = set(), goals.bones
+    for hand in filter(None, (goals.hand(side).fingers for side in fingers.SIDES)):
+        above = {row for chain in (*hand.fingers, hand.thumb) for row in (bones.ancestors(chain[0]) if chain else ())}
+        found |= {bones.names[row] for row in above if hand.row in bones.ancestors(row)}
+    return {name for name in found if name in free and not _rests(armature.pose.bones[name])}
+
+
+def obstacles(goals: Goals, free: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for what keeps hands and fingers from their motion; ``free`` are the bones that may be turned."""
+    bones, chains, fingerless = goals.bones, goals.mapping.chains, []
+    for side in fingers.SIDES:
+        chain, hand = chains.get(f"{side}_hand", ()), goals.hand(side).fingers
+        if not chain:
+            yield "An arm has no bone for its hand, so this hand does not move."
+            continue
+        if chain[0] not in free:
+            yield f'Bone "{chain[0]}" is keyed, locked or held by a constraint, so its hand follows the forearm.'
+        rows = [row for finger in (*hand.fingers, hand.thumb) for row in finger[:3]] if hand is not None else []
+        if rows and not any(bones.names[row] in free for row in rows):
+            name = bones.names[rows[0]]
+            yield f'Bone "{name}" and others are keyed, locked or held by constraints, so its fingers do not move.'
+        fingerless += [] if rows else [side]
+    if len(fingerless) == len(fingers.SIDES):
+        yield "No fingers were found below the hands, so each hand moves as a whole."
 
 
 def posed_by_former_actions(armature: ArmatureObject, names: list[str], what: str = "rotation") -> set[str]:
@@ -76,14 +102,6 @@ def _matches_curves(bone: bpy.types.PoseBone, what: str, curves: dict[str, list[
 def _rests(bone: bpy.types.PoseBone) -> bool:
     """Return whether a bone's own rotation is zero."""
     return abs(bone.matrix_basis.to_quaternion().angle) < _AT_REST
-
-
-def _at_ease(bone: bpy.types.PoseBone) -> bool:
-    """Return whether a bone still has the relaxed rotation with which the character came."""
-    ease: Any = bone.get(EASE)
-    kind = getattr(ease, "typecode", "")
-    numbers = ease if kind in ("f", "d") and len(ease) == 4 else None
-    return numbers is not None and bone.matrix_basis.to_quaternion().rotation_difference(Quaternion(numbers)).angle < _AT_REST
 
 
 def keyed_bones(armature: ArmatureObject, what: str = "rotation") -> tuple[set[str], set[str]]:

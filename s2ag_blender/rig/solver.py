@@ -56,12 +56,13 @@ def solve_in_slices(
     """
     values = switches(armature, mapping, tell)
     why = why_not_plain(armature, bones, mapping, values)
-    free = hands.free_bones(armature, eased=motion.hands is not None)
+    moving, resting = motion.hands is not None, hands.free_bones(armature)
+    free = hands.free_bones(armature, posed=True) if moving else resting
 
     frame = character_frame(bones, mapping.check(bones))
     legs, places, obstacle = None, {}, ""
     if keys.pelvis is not None:
-        legs, obstacle = (None, _FEET_SLIP) if why else weight_shift.find_legs(armature, bones, mapping, frame[2], free)
+        legs, obstacle = (None, _FEET_SLIP) if why else weight_shift.find_legs(armature, bones, mapping, frame[2], resting)
         if legs is None and (why or dependencies.ik_constraints(armature)):
             places = weight_shift.hip_locations(armature, bones, mapping, frame, keys.pelvis, scene=scene, values=values)
         if legs is None and not places:
@@ -71,21 +72,22 @@ def solve_in_slices(
         about |= {"girth": trunk, "free": free, "frame": frame, "hands": take.hands, "pelvis": take.pelvis, "legs": legs}
         return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
-    resting = [name for name in hands.eased_bones(armature) if name in free] if motion.hands is not None else ()
     yield
     goals = ask(bones, keys, clear=False)
+    for sentence in hands.obstacles(goals, free) if moving else ():
+        tell(sentence)
     yield
     yield from goals.clearing()
     yield
     if why:
-        followers = hands.free_bones(armature, ruled=True, eased=motion.hands is not None)
+        followers = hands.free_bones(armature, ruled=True, posed=moving)
         about = {"scene": scene, "ask": ask, "values": values, "hands": followers, "tell": tell}
         rotations = yield from controls.solve_in_slices(armature, bones, mapping, motion, keys, **about)
     else:
         rotations = yield from retarget.rotations_in_slices(goals)
     yield
-    # Relaxed bones that are neither fingers nor wrists, such as those of the palm, get rest rotations.
-    rotations = {name: quaternion.IDENTITY[None] for name in resting} | goals.extras() | rotations
+    palms = hands.posed_palms(armature, goals, free) if moving else ()
+    rotations = {name: quaternion.IDENTITY[None] for name in palms} | goals.extras() | rotations
     if goals.stood is None:
         return Solution(rotations, values, why, places, tuple(places))
     return Solution(rotations, values, why, goals.stood.places, tuple(bones.names[row] for row in goals.stood.turned))

@@ -17,7 +17,7 @@ def opened(path):
 
 def rocketbox(shared, name):
     """Import a character of Rocketbox, which comes posed."""
-    bpy.ops.import_scene.fbx(filepath=str(_there(shared / "rocketbox" / f"{name}.fbx")))
+    bpy.ops.import_scene.fbx(filepath=str(there(shared / "rocketbox" / f"{name}.fbx")))
     return armature()
 
 
@@ -25,14 +25,14 @@ def mesh2motion(shared):
     """Append Mesh2Motion's human with its control rig."""
     if bpy.app.version < (4, 5):
         pytest.skip("the file was saved by a newer Blender")
-    with bpy.data.libraries.load(str(_there(shared / "mesh2motion" / "rig-human.blend"))) as (source, target):
+    with bpy.data.libraries.load(str(there(shared / "mesh2motion" / "rig-human.blend"))) as (source, target):
         target.objects = source.objects
     for thing in target.objects:
         bpy.context.collection.objects.link(thing)
     return armature()
 
 
-def _there(path):
+def there(path):
     if not path.is_file():
         pytest.skip(f"{path.name} is absent")
     return path

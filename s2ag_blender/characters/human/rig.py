@@ -7,7 +7,6 @@ import numpy as np
 from mathutils import Matrix, Quaternion, Vector
 
 from ...datablocks import ArmatureObject, current_context
-from ...rig.hands import EASE
 from . import data
 
 CURL = {1: (16, 4, 10), 2: (14, 20, 12), 3: (18, 24, 14), 4: (22, 26, 16), 5: (26, 28, 16)}
@@ -75,7 +74,6 @@ def _bone_at(armature: ArmatureObject, place: np.ndarray) -> bpy.types.PoseBone 
 
 
 def _turn(bone: bpy.types.PoseBone, turn: Quaternion) -> None:
-    """Rotate a pose bone by a rotation in armature space, and store its pose as relaxed (:data:`EASE`)."""
+    """Rotate a pose bone by a rotation in armature space."""
     rest = bone.bone.matrix_local.to_quaternion()
     bone.matrix_basis = Matrix.LocRotScale(None, rest.inverted() @ turn @ rest, None)
-    bone[EASE] = bone.matrix_basis.to_quaternion()

@@ -10,7 +10,7 @@ import pytest
 from s2ag.core.errors import S2agError
 from s2ag.s2ag_blender import compat, json_properties, provenance
 from s2ag.s2ag_blender.keys import density, faces, keyframes, layers, test_pose
-from s2ag.s2ag_blender.rig import facemaps, hands
+from s2ag.s2ag_blender.rig import facemaps
 from s2ag.s2ag_blender.takes import control_curves, drafts, generate, retiming, sound_strips, stored_settings, take_list
 
 
@@ -78,8 +78,6 @@ def test_properties_of_other_kinds_count_as_nothing(laid, voice, wave, value):
         action[name] = value
     for owner, name in ((strip, sound_strips.TAG), (strip, "s2ag_silenced"), (laid, facemaps.OWN), (laid, drafts.STAGED)):
         owner[name] = value
-    for bone in laid.pose.bones:
-        bone[hands.EASE] = value
     action[faces.FACES] = json.dumps([{"key": key.name, "slot": "x", "before": {}} for key in bpy.data.shape_keys] or
                                      [{"key": "Key", "slot": "x", "before": {}}])  # fmt: skip
     used(laid, action)
