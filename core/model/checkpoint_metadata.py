@@ -6,6 +6,7 @@ from pathlib import Path
 
 from .. import json_text, styles, user_folders
 from ..errors import CheckpointUnreadable
+from ..files import open_file
 
 DEFAULT_CHECKPOINT = Path(__file__).parents[1] / "assets" / "default.safetensors"
 FORMAT = 1
@@ -59,7 +60,7 @@ def read_metadata(path: Path) -> dict:
 def _is_state(path: Path) -> bool:
     """Whether ``core/learning/train/state.py`` wrote this safetensors file, which keeps its metadata in its own header."""
     try:
-        with open(path, "rb") as file:
+        with open_file(path) as file:
             length = int.from_bytes(file.read(8), "little")
             return b'"facts":' in file.read(min(length, _MAX_HEADER_BYTES))
     except OSError:

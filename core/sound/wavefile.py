@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..files import open_file
+
 _UNKNOWN_SIZE = 0x7FFFFFFF
 """Programs that do not know the data size yet write 0 or a value from here on."""
 _PIECE_SAMPLES = 1 << 18
@@ -42,7 +44,7 @@ class Header:
 def read_header(path: Path) -> Header | None:
     """Return the header of a RIFF WAVE file; None for any other file, or if the format or data chunk is missing."""
     layout = None
-    with open(path, "rb") as file:
+    with open_file(path) as file:
         riff, _, wave = struct.unpack("<4sI4s", file.read(12).ljust(12))
         while riff == b"RIFF" and wave == b"WAVE" and len(head := file.read(8)) == 8:
             name, size = struct.unpack("<4sI", head)

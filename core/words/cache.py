@@ -95,9 +95,10 @@ class Cache:
         """Return time of last use, bytes and path of all files."""
         files = []
         for path in self.folder.glob("*.words.json") if self.folder and self.folder.is_dir() else ():
-            with contextlib.suppress(FileNotFoundError):
+            with contextlib.suppress(OSError):  # another process may just have deleted it
                 state = path.stat()
-                files.append((state.st_mtime, state.st_size, path))
+                if not path.is_dir():
+                    files.append((state.st_mtime, state.st_size, path))
         return files
 
     def _path(self, key: str) -> Path:

@@ -80,7 +80,7 @@ def _folder(folder: str | PathLike | None) -> dict[str, Any] | None:
     if not folder.is_dir():
         raise TranscriptUnreadable(f"The aligner model {folder} is not a folder.", _REMEDY)
     acoustic = next((path.parent for path in [folder / "mdef", *sorted(folder.glob("*/mdef"))] if path.is_file()), None)
-    dictionaries = sorted(path for path in folder.iterdir() if path.suffix in (".dict", ".dic"))
+    dictionaries = sorted(path for path in folder.iterdir() if path.suffix in (".dict", ".dic") and path.is_file())
     letters = _letters(folder / "letters.json") if (folder / "letters.json").is_file() else None
     if len(dictionaries) > 1:
         raise TranscriptUnreadable(f"The aligner model {folder} holds {len(dictionaries)} dictionaries.", "Leave one there.")

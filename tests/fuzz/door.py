@@ -1,5 +1,7 @@
 """A door by which files of others come in: good files to damage, and what reads them as the product does."""
 
+import os
+import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -48,3 +50,14 @@ def written(*writers) -> Seeds:
             write(path)
             found.append((suffix, path.read_bytes()))
     return found
+
+
+def put(path: Path, place: Path) -> None:
+    """Put an input where the product will read it: a copy of a file, what else there is (a pipe, a link) itself."""
+    if place.is_dir():
+        shutil.rmtree(place)
+    place.unlink(missing_ok=True)
+    if path.is_file():
+        shutil.copy(path, place)
+    elif os.path.lexists(path):
+        path.rename(place)

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import random
-import shutil
 import tempfile
 from functools import cache, partial
 from pathlib import Path
@@ -12,7 +11,7 @@ import doors
 import folders
 import mutations
 import numpy as np
-from door import Door, Seeds, written
+from door import Door, Seeds, put, written
 from toy_corpus import META, toy_arrays
 
 
@@ -40,11 +39,12 @@ def _load(path: Path) -> None:
 
     weights, facts = path.with_name("net.safetensors"), path.with_name("net.json")
     if path.suffix == ".json":
-        shutil.copy(path, facts)
+        put(path, facts)
         weights.write_bytes(_checkpoint()[0])
     else:
-        shutil.copy(path, weights)
-        facts.write_text(json.dumps(_checkpoint()[1] | {"weights_sha256": hashlib.sha256(weights.read_bytes()).hexdigest()}))
+        put(path, weights)
+        known = hashlib.sha256(weights.read_bytes()).hexdigest() if weights.is_file() else ""
+        facts.write_text(json.dumps(_checkpoint()[1] | {"weights_sha256": known}))
     outcomes = []
     for backend in ("numpy", "torch"):
         try:

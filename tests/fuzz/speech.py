@@ -1,7 +1,6 @@
 """Recordings and words: good files, and what reads them."""
 
 import json
-import shutil
 import wave
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import folders
 import moving
 import numpy as np
 import transcripts
-from door import ROOT, Seeds, written
+from door import ROOT, Seeds, put, written
 
 MEAN_POSE = np.tile([0.0, 1.0, 0.0], (9, 1)).astype(np.float32)
 
@@ -101,7 +100,7 @@ def letters(path: Path) -> None:
 
     folder = path.parent / "model"
     folder.mkdir(exist_ok=True)
-    shutil.copy(path, folder / "letters.json")
+    put(path, folder / "letters.json")
     language.fingerprint(language.load_language(str(folder), None))
 
 

@@ -1,11 +1,12 @@
 """What users, farms and other programs write for s2ag: good files, and what reads them."""
 
+import hashlib
 import json
 import os
 import shutil
 from pathlib import Path
 
-from door import HELLO, Seeds
+from door import HELLO, Seeds, put
 
 
 def maps() -> Seeds:
@@ -111,7 +112,7 @@ def read_study(path: Path) -> None:
     paired = "pairs-" in path.suffix
     key, answers = _pairs() if paired else _study()
     mine, other = path.with_name("given.json"), path.with_name("good.json")
-    shutil.copy(path, mine)
+    put(path, mine)
     is_key = path.suffix.endswith("key")
     other.write_text(json.dumps(answers if is_key else key))
     given, known = [other if is_key else mine], mine if is_key else other
@@ -125,9 +126,13 @@ def read_study(path: Path) -> None:
         analysis.report(analysis.analyse(found, found.conditions[0]), found.conditions[0])
 
 
+RESULT = b"12345"
+RESULT_HASH = hashlib.sha256(RESULT).hexdigest()
+
+
 def records() -> Seeds:
     facts = {"motions": ["d"], "recording": "r", "duration": 1.0, "warnings": []}
-    fact = {"key": "k", "files": {"npz/a.npz": 5}, "facts": facts, "seal": "s"}
+    fact = {"key": "k", "files": {"npz/a.npz": RESULT_HASH}, "facts": facts, "seal": "s"}
     failure = {"key": "k", "kind": "AudioUnreadable", "message": "It is broken.", "remedy": "Mend it."}
     return [(".json", json.dumps(fact).encode()), (".failed", json.dumps(failure).encode())]
 
@@ -137,7 +142,7 @@ def _sealed(data: bytes, key: str) -> bytes:
     from s2ag.core.batch import folder
 
     data = data.replace(b'"key": "k"', b'"key": "%s"' % key.encode())
-    files, facts = {"npz/a.npz": 5}, {"motions": ["d"], "recording": "r", "duration": 1.0, "warnings": []}
+    files, facts = {"npz/a.npz": RESULT_HASH}, {"motions": ["d"], "recording": "r", "duration": 1.0, "warnings": []}
     return data.replace(b'"seal": "s"', b'"seal": "%s"' % folder.content_hash(key, files, facts).encode())
 
 
@@ -152,11 +157,15 @@ def read_record(path: Path) -> None:
     (step,) = batch.steps("synth", batch.units)
     place = step.record.failure_path if path.suffix == ".failed" else step.record.path
     place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_bytes(_sealed(path.read_bytes(), step.key))
+    if path.is_file():
+        path.write_bytes(_sealed(path.read_bytes(), step.key))
+    put(path, place)
     result = batch.folder.result("npz", "a", ".npz")
     result.parent.mkdir(parents=True, exist_ok=True)
-    result.write_bytes(b"12345")
+    result.write_bytes(RESULT)
     try:
+        if path.is_file() and path.read_bytes() == _sealed(records()[0][1], step.key):
+            assert step.record.read(step.key), "a good record is believed"
         summary.summarize(batch, batch.units)
         batch.steps("encode", batch.units)
         summary.write(batch, {})
@@ -170,7 +179,7 @@ def read_cache(path: Path) -> None:
     cache = Cache(path.parent / "cache")
     cache.put("ab", [["a", 0.0, 1.0]])
     (kept,) = (one for one in cache.folder.rglob("*") if one.is_file())
-    shutil.copy(path, kept)
+    put(path, kept)
     cache.get("ab")
     cache.clear()
 

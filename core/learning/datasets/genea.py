@@ -6,6 +6,7 @@ from os import PathLike
 from pathlib import Path
 
 from ...errors import CorpusUnreadable
+from ...files import open_file
 from . import transcripts
 from .listing import LARGEST_TABLE, PerformanceFiles, Report, data_folder, ignore, report_skipped, require_some
 
@@ -81,7 +82,7 @@ def _people(place: Path) -> dict[str, str]:
     if not tables:
         return {}
     try:
-        with open(tables[0], "rb") as file:
+        with open_file(tables[0]) as file:
             text = file.read(LARGEST_TABLE).decode("utf-8-sig")
         rows = [row for row in csv.reader(io.StringIO(text, newline="")) if len(row) >= 3]
     except (OSError, csv.Error, UnicodeDecodeError) as error:

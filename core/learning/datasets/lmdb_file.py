@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
+from ...files import open_file
+
 _MAGIC, _VERSION = 0xBEEFC0DE, 1
 _BRANCH, _LEAF, _OVERFLOW = 0x01, 0x02, 0x04
 _BIG = 0x01
@@ -17,7 +19,7 @@ _MAX_DEPTH = 32
 
 def records(folder: str | PathLike) -> Iterator[tuple[bytes, bytes]]:
     """Yield key and value of every record, in the order of keys; raises ``ValueError`` or ``OSError``."""
-    with open(Path(folder) / "data.mdb", "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+    with open_file(Path(folder) / "data.mdb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         try:
             size, root = _newest_root(data)
             if root != _NO_PAGE:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CorpusUnreadable
+from ...files import open_file
 from ...motion.readers import motion_files, smplx, ten_joints
 from ...motion.skeleton import FPS
 from ...sound import audio
@@ -84,7 +85,7 @@ def beat2(folder: str | PathLike, tell: Report = ignore) -> list[PerformanceFile
 def _read_parts(table: Path) -> dict[str, str]:
     """Return the part of each recording of BEAT2, such as "train"."""
     try:
-        with open(table, "rb") as file:
+        with open_file(table) as file:
             text = file.read(LARGEST_TABLE).decode("utf-8-sig")
         return {row.get("id") or "": row.get("type") or "" for row in csv.DictReader(io.StringIO(text, newline=""))}
     except (OSError, csv.Error, UnicodeDecodeError) as error:

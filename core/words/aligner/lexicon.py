@@ -1,9 +1,11 @@
 """Looks up pronunciations: in a dictionary, from eSpeak NG for other languages, otherwise by letter rules."""
 
 from collections.abc import Iterator
+from io import TextIOWrapper
 from os import PathLike
 from typing import TextIO
 
+from ...files import open_file
 from . import packed_model
 from .espeak import Espeak
 from .letter_rules import guess_phones
@@ -35,7 +37,7 @@ class Lexicon:
 
     def _look_up(self, dictionary: str | PathLike, words: set[str]) -> None:
         """Read the pronunciations of these words from a dictionary file."""
-        with open(dictionary, encoding="utf-8", errors="replace") as lines:
+        with open_file(dictionary) as file, TextIOWrapper(file, "utf-8", "replace") as lines:
             for line in _beginnings(lines):
                 parts = line.split(None, 1)
                 if len(parts) == 2 and (word := parts[0].partition("(")[0]) in words:

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...files import open_file
+
 STATES = 3
 _FEATURES = """-lowerf 130 -upperf 6800 -nfilt 25 -transform dct -lifter 22 -feat 1s_c_d_dd -svspec 0-12/13-25/26-38 -agc none
 -cmn batch -varnorm no -model ptm -remove_noise yes"""
@@ -91,7 +93,7 @@ def _within(rows: np.ndarray, count: int) -> bool:
 
 
 def _content(path: Path) -> bytes:
-    with open(path, "rb") as file:
+    with open_file(path) as file:
         data = file.read(MAX_BYTES + 1)
     if len(data) > MAX_BYTES:
         raise UnreadableModel(f"{path.name} is larger than {MAX_BYTES // 1_000_000} MB")
