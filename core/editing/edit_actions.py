@@ -8,6 +8,7 @@ import numpy as np
 from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
+from ..synthesis import strokes
 from . import frame_ranges, gestures, quieting, regeneration, semantic_gestures, stroke_core, stroke_placement
 from .edits import OFF
 from .gestures import BEAT, Gesture
@@ -134,7 +135,7 @@ def _add(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[S
     at = edit["at"] if "at" in edit else semantic_gestures.word_time(state.motion.words, edit["word"], edit.get("nth", 1))
     kind, hand, size = edit.get("kind", BEAT), edit.get("hand"), edit.get("size", 1.0)
     detected = gestures.find_gestures(state.motion)
-    others = [one for one in detected if abs(one.at - at) >= max(apart, gestures.APART / 2)]
+    others = [one for one in detected if abs(one.at - at) >= max(apart, strokes.APART / 2)]
     if kind != BEAT:
         return semantic_gestures.place_gesture(filler, state, edit, at, others, kind, hand, size, apart > 0)
     core, own_hand, metres = _borrow_beat(filler, state, edit, at)
@@ -187,7 +188,7 @@ def _rest_other_arm(
 
 def _borrow_beat(filler: Regenerator, state: State, edit: dict, at: float) -> tuple[stroke_core.StrokeCore, str, float]:
     """Return the core of another beat of the take, moved to ``at`` seconds, with its hand and its size in metres."""
-    beats = [one for one in gestures.find_gestures(state.motion) if one.kind == BEAT and abs(one.at - at) > gestures.APART]
+    beats = [one for one in gestures.find_gestures(state.motion) if one.kind == BEAT and abs(one.at - at) > strokes.APART]
     sizes = np.array([one.size for one in beats])
     typical = [one for one in beats if abs(one.size / np.median(sizes) - 1) < 0.4] if len(beats) else []
     candidates = [one for one in typical if edit.get("hand") in (None, one.hand)] or typical

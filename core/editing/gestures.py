@@ -5,24 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..motion import skeleton
 from ..motion.motion import Motion
-from ..sound import peaks
+from ..synthesis import strokes
+from ..synthesis.strokes import wrist_speeds
 
-SPEED, PROMINENCE, APART = 0.25, 0.15, 0.4
-"""A stroke is a peak of the faster wrist's speed: its least height and prominence in m/s, and least distance to others in s."""
 BEAT = "beat"
 """Kind of a gesture that follows the rhythm of speech and has no meaning of its own."""
 HANDS = ("left", "right", "both")
 
-_STROKE_SHARE = 0.3
-"""Share of the peak speed above which a frame belongs to the stroke."""
-_MOVING_SPEED = 0.12
-"""Wrist speed in m/s above which a frame belongs to preparation or release."""
 _BOTH_SHARE = 0.55
 """Share of the faster wrist's speed from which the slower hand takes part in the gesture."""
-_MAX_PREPARATION, _MAX_RELEASE = 0.8, 0.9
-"""Longest preparation and release in seconds."""
 _MATCH_SECONDS = 0.35
 """Largest distance in time between a stroke and the word or semantic gesture that belongs to it."""
 
@@ -49,13 +41,6 @@ class Gesture:
     word: str
 
 
-def wrist_speeds(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:
-    """Return the speeds of the wrists ``(frames, 2)`` in metres per second, of directions ``(frames, 9, 3)``."""
-    if len(directions) < 2:
-        return np.zeros((len(directions), 2))
-    return np.linalg.norm(np.gradient(skeleton.wrists(directions), axis=0), axis=-1) * fps
-
-
 def find_gestures(motion: Motion, around: float | None = None, within: float = 0.25) -> list[Gesture]:
     """Return the gestures of a motion in order of time.
 
@@ -65,40 +50,28 @@ def find_gestures(motion: Motion, around: float | None = None, within: float = 0
     words = _TimedNames([(word, 0.5 * (start + end)) for word, start, end in motion.words])
     speed, fps = wrist_speeds(motion.directions, motion.fps), motion.fps
     faster = speed.max(1)
-    places = _stroke_places(faster, fps)
+    places = strokes.stroke_places(faster, fps)
     faster = faster.tolist()
     rows = list(range(len(places)))
     if around is not None:
         rows = [row for row in rows if abs(places[row] / fps - around) <= within + 1 / fps]
         first, last = (max(rows[0] - 1, 0), rows[-1] + 2) if rows else (0, 0)
         places, rows = places[first:last], [row - first for row in rows]
-    spans = [_stroke(faster, place) for place in places]
+    spans = [strokes.stroke_span(faster, place) for place in places]
     detected = []
     for row in rows:
         place, (start, hold) = places[row], spans[row]
         before = spans[row - 1][1] if row else 0
         after = spans[row + 1][0] if row + 1 < len(spans) else len(faster) - 1
-        begin = _preparation_start(faster, start, max(before, start - round(_MAX_PREPARATION * fps)))
-        release, end = _release(faster, hold, max(after, hold), round(_MAX_RELEASE * fps))
-        at = (place + _peak_offset(faster, place)) / fps
+        begin = strokes.preparation_start(faster, start, max(before, start - round(strokes.MAX_PREPARATION * fps)))
+        release, end = strokes.release_span(faster, hold, max(after, hold), round(strokes.MAX_RELEASE * fps))
+        at = (place + strokes.peak_offset(faster, place)) / fps
         hand = leading_hand(speed[start : hold + 1])
         size = float(speed[start : hold + 1].sum(0).max() / fps)
         kind, word = names.near(at) or BEAT, words.near(at)
         phases = begin / fps, start / fps, at, hold / fps, release / fps, end / fps
         detected.append(Gesture(*phases, hand, kind, size, word))
     return detected
-
-
-def stroke_times(directions: np.ndarray, fps: float = skeleton.FPS) -> list[float]:
-    """Return the seconds of the strokes of directions ``(frames, 9, 3)``, as :func:`find_gestures` finds them."""
-    faster = wrist_speeds(directions, fps).max(1)
-    return [(place + _peak_offset(faster.tolist(), place)) / fps for place in _stroke_places(faster, fps)]
-
-
-def _stroke_places(faster: np.ndarray, fps: float) -> list[int]:
-    """Return the frames of strokes: peaks of the faster wrist's speed ``(frames,)``."""
-    places = [] if len(faster) < 3 else peaks.find_peaks(faster, PROMINENCE, round(APART * fps), 0.5).places
-    return [int(place) for place in places if faster[place] > SPEED]
 
 
 def normalize_word(word: str) -> str:
@@ -130,41 +103,6 @@ def leading_hand(speed: np.ndarray) -> str:
     if min(left, right) >= _BOTH_SHARE * max(left, right):
         return "both"
     return "left" if left > right else "right"
-
-
-def _stroke(faster: list[float], place: int) -> tuple[int, int]:
-    """Return the first and last frame of the stroke around a peak."""
-    least, start, hold = _STROKE_SHARE * faster[place], place, place
-    while start > 0 and faster[start] > least and faster[start - 1] < faster[start]:
-        start -= 1
-    while hold < len(faster) - 1 and faster[hold] > least and faster[hold + 1] < faster[hold]:
-        hold += 1
-    return start, hold
-
-
-def _preparation_start(faster: list[float], start: int, first: int) -> int:
-    """Return the frame at which the preparation of a stroke starts, not before ``first``."""
-    while start > first and faster[start - 1] > _MOVING_SPEED:
-        start -= 1
-    return start
-
-
-def _release(faster: list[float], hold: int, last: int, longest: int) -> tuple[int, int]:
-    """Return the frames at which the release after a hold starts and ends: by ``last``, and in at most ``longest`` frames."""
-    release = hold
-    while release < last and (faster[release] <= _MOVING_SPEED or faster[release + 1] < faster[release]):
-        release += 1
-    end = release
-    while end < min(last, release + longest) and faster[end] > _MOVING_SPEED:
-        end += 1
-    return release, end
-
-
-def _peak_offset(values: list[float], place: int) -> float:
-    """Return the offset in frames of a peak between samples, by a parabola through it and its neighbours."""
-    before, here, after = values[place - 1 : place + 2]
-    bend = before - 2 * here + after
-    return float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend < 0 else 0.0
 
 
 class _TimedNames:

@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import UsageError
-from ..motion import limits, rest, skeleton
-from ..motion.interpolation import ramp, true_runs
+from ..motion import limits, rest, skeleton, ways
+from ..motion.interpolation import true_runs
 from ..motion.motion import Motion
+from ..synthesis import strokes
 from ..words import hints
 from . import frame_ranges, gestures, regeneration, semantic_gestures, transitions
 from .edits import RESTS
@@ -22,24 +23,12 @@ from .regeneration import Regenerator
 from .stroke_core import ARMS, StrokeCore
 from .targets import LANDS, LOOSE, State
 
-_HOME, _RISE = (1.0, 1.4, 1.9, 2.6, 3.4), (0.8, 1.1, 1.5, 2.0, 2.7)
-"""Seconds in which hands go home, and rise again; the first that work are taken."""
-_WAYS = ("eased", "even", "first", "last", "both")
-"""How fast a way goes that is not led over the rest pose: evenly, or as the strokes on either side of it fade."""
-_PACES, _LATER = ("eased", "even", "late"), 1.8
-"""How fast hands go home and rise, and the exponent by which those that rise late are fastest near the next stroke."""
-_SLOW = 0.22 / skeleton.FPS
-"""Metres a frame that are no stroke, however far they lead."""
-_FADE_FRAMES = 9
-"""Frames in which a stroke's speed fades into a way, or grows out of it."""
 _PAUSE = 2.4
 """Seconds between strokes from which hands go home meanwhile."""
 _BESIDE = 1.6
 """Seconds beside what is taken out that a way may use where no other stroke lies."""
 _STOP_FRAMES = (8, 5)
 """Frames in which the speed at either end of a way is lost or gained."""
-_RAMP = 0.35
-"""Seconds in which an even way reaches its speed."""
 _AROUND = 2.0
 """Seconds around a way in which strokes are counted."""
 _SUDDEN = 4.0
@@ -212,16 +201,16 @@ def _ways(
         yield *span, made
     for (start, stop), frames in itertools.product(_bounds(gap), _STOP_FRAMES):
         count = (stop - start) / fps
-        over_home = [one for one in itertools.product(_HOME, _RISE) if sum(one) <= count]
-        over_home = sorted(over_home, key=sum) if gap.over_home else over_home[:: len(_RISE) + 1]
+        over_home = [one for one in itertools.product(ways.HOME, ways.RISE) if sum(one) <= count]
+        over_home = sorted(over_home, key=sum) if gap.over_home else over_home[:: len(ways.RISE) + 1]
         if gap.over_home and not over_home:
-            over_home = [(_HOME[0], _RISE[0])]
-        straight = [] if gap.over_home else list(_WAYS)
-        ways = [*itertools.product(over_home, _PACES)], [(way, _PACES[0]) for way in straight]
-        for plan, pace in itertools.chain(*ways) if count > _PAUSE else itertools.chain(*ways[::-1]):
+            over_home = [(ways.HOME[0], ways.RISE[0])]
+        straight = [] if gap.over_home else list(ways.WAYS)
+        plans = [*itertools.product(over_home, ways.PACES)], [(way, ways.PACES[0]) for way in straight]
+        for plan, pace in itertools.chain(*plans) if count > _PAUSE else itertools.chain(*plans[::-1]):
             made = directions.copy()
             for begin, end in true_runs(~held[start:stop]).tolist():
-                part = _path(directions, home, start + begin, start + end, plan, pace, frames)
+                part = ways.path(directions, home, start + begin, start + end, plan, pace, frames)
                 made[start + begin : start + end, arms] = part[:, arms]
             yield start, stop, made
 
@@ -234,79 +223,12 @@ def _bounds(gap: _Gap) -> list[tuple[int, int]]:
     return [*pairs, (gap.starts[-2], gap.stops[-1]), (gap.starts[-1], gap.stops[-2])]
 
 
-def _path(
-    directions: np.ndarray, home: np.ndarray, start: int, stop: int, plan: tuple | str, pace: str, frames: int
-) -> np.ndarray:
-    """Return directions ``(stop - start, 9, 3)`` of a way between the poses on either side of the frames.
-
-    ``plan`` are the seconds of the way home and up again, at one of :data:`_PACES`; or it is one of :data:`_WAYS`. Speeds at
-    its ends fade in ``frames``.
-    """
-    count, fps = stop - start, skeleton.FPS
-    t = np.arange(1, count + 1)
-    low, high = directions[max(start - 1, 0)].astype(float), directions[stop].astype(float) if stop < len(directions) else None
-    if isinstance(plan, str) and high is not None:
-        path = rest.slerp(low, high, _straight(low, high, count, plan)[:, None])
-    else:
-        down, up = (seconds * fps for seconds in (plan if isinstance(plan, tuple) else (_HOME[1], _RISE[1])))
-        if high is not None and down + up > count + 1:
-            down, up = (part * (count + 1) / (down + up) for part in (down, up))
-        path = rest.slerp(low, home[start:stop], _share(t / down, pace == "even", down)[:, None])
-        if high is not None:
-            rise = np.clip((t - (count + 1 - up)) / up, 0, 1) ** (_LATER if pace == "late" else 1.0)
-            path = rest.slerp(path, high, _share(rise, pace == "even", up)[:, None])
-    length = min(frames, count)
-    if start > 2:
-        path += _fading(t, length)[:, None, None] * _speed(directions[start - 3 : start][::-1])
-    if stop + 2 < len(directions):
-        path += _fading(t[::-1], length)[:, None, None] * _speed(directions[stop : stop + 3])
-    result = np.array(directions[start:stop])
-    result[:, ARMS] = skeleton.normalize(path)[:, ARMS]
-    return result
-
-
-def _speed(poses: np.ndarray) -> np.ndarray:
-    """Return the change a frame ``(9, 3)`` at the first of three poses ``(3, 9, 3)``, on the way away from the second one."""
-    first, second, third = poses.astype(float)
-    return 0.5 * (3 * first - 4 * second + third)
-
-
-def _straight(low: np.ndarray, high: np.ndarray, count: int, way: str) -> np.ndarray:
-    """Return the share done ``(count,)`` in the frames between two poses on one of :data:`_WAYS`."""
-    if way in _WAYS[:2]:
-        return _share(np.arange(1, count + 1) / (count + 1), way == "even", count + 1.0)
-    far = float(np.linalg.norm(np.diff(skeleton.wrists(np.stack([low, high])), axis=0), axis=-1).max())
-    steps = np.arange(count + 1)
-    first, last = (np.clip(1 - side / _FADE_FRAMES, 0, 1) for side in (steps, steps[::-1]))
-    faster = first * (way != "last") + last * (way != "first")
-    more = max(far - _SLOW * (count + 1), 0.0) / faster.sum()
-    speed = min(_SLOW, far / (count + 1)) + more * faster
-    return np.cumsum(speed)[:-1] / max(speed.sum(), 1e-9)
-
-
-def _share(t: np.ndarray, even: bool, frames: float) -> np.ndarray:
-    """Return the share of a way that is done at shares ``t`` of its time, beginning and ending at rest."""
-    t = np.clip(t, 0, 1)
-    if not even:
-        return ramp(t, 0.0, 1.0)
-    rising = min(_RAMP * skeleton.FPS / frames, 0.5)
-    top = 1 / (1 - rising)
-    done = np.where(t < rising, 0.5 * top * t**2 / rising, top * (t - 0.5 * rising))
-    return np.where(t > 1 - rising, 1 - 0.5 * top * (1 - t) ** 2 / rising, done)
-
-
-def _fading(t: np.ndarray, frames: int) -> np.ndarray:
-    """Return the frames that a speed of one goes on for until it has faded, at ``t`` frames after its beginning."""
-    share = np.clip(t / max(frames, 1), 0, 1)
-    return frames * share * (1 - share) ** 2
-
-
 def _cost(before: Motion, directions: np.ndarray, span: frame_ranges.FrameRange, stay: Sequence[float], free: int) -> float:
     """Return how many strokes a way adds around a span beyond those that ``stay``, and of those how many it moves or loses."""
     reach = round(_AROUND * before.fps)
     low, high = max(span[0] - 2 * reach, 0), min(span[1] + 2 * reach, len(directions))
     inner = (span[0] - reach) / before.fps, (span[1] + reach) / before.fps
-    found = [low / before.fps + one for one in gestures.stroke_times(directions[low:high], before.fps)]
+    found = [low / before.fps + one for one in strokes.stroke_times(directions[low:high], before.fps)]
     near = [at for at in stay if inner[0] <= at <= inner[1]]
     lost = sum(all(abs(one - at) > LANDS for one in found) for at in near)
     others = [one for one in found if inner[0] <= one <= inner[1] and all(abs(one - at) > LANDS for at in stay)]

@@ -118,6 +118,8 @@ class Regenerator:
         seeded = replace(self.performers, request=replace(request, seed=seed))
         progress = self.stages.within("generate")
         drawn = generation.generate(checkpoint, drawn_from, [seeded], progress, self.stages.cancelled)
+        if calm:  # nobody is there to be spared
+            request = replace(request, rate=0.0, curves={name: one for name, one in request.curves.items() if name != "rate"})
         performers = replace(self.performers, request=request)
         return postprocess.express(checkpoint, heard, performers, drawn)[0]
 

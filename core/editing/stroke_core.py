@@ -8,11 +8,10 @@ from ..errors import UsageError
 from ..motion import limits, rest, skeleton
 from ..motion.hands import Hands
 from ..motion.motion import Motion, sample_directions
+from ..motion.ways import ARMS
 from . import gestures
 from .gestures import Gesture
 
-ARMS = (3, 4, 5, 6, 7, 8)
-"""Edges of both arms, from the neck to the wrists."""
 _SIDES = ((3, 4, 5), (6, 7, 8))
 _HOLD_SECONDS = 0.2
 """Seconds of the hold that belong to the core, at most."""

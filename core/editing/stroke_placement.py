@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..motion.motion import Motion
+from ..synthesis import strokes
 from . import frame_ranges, gestures, regeneration, stroke_core
 from .regeneration import Regenerator
 from .stroke_core import StrokeCore
@@ -98,7 +99,7 @@ class _CoreSearch:
 
 def _transitions_faster(made: Motion, core: StrokeCore) -> bool:
     """Return whether wrists are faster in the transitions to and from a core than in it."""
-    near = round(gestures.APART * made.fps)
+    near = round(strokes.APART * made.fps)
     start = max(core.first - near, 0)
     faster = gestures.wrist_speeds(made.directions[start : core.last + 1 + near]).max(1)
     return bool(faster.argmax() < core.first - start or faster.argmax() > core.last - start)

@@ -17,7 +17,7 @@ from ..settings import names_with, stated
 from ..sound import affect
 from ..threads import parallel_map
 from ..words import hints
-from . import curves, hand_synthesis, listener_response, refine, stance
+from . import curves, hand_synthesis, listener_response, refine, sparing, stance
 from .constraints import kept_frames
 from .features import SpeechFeatures
 from .generation import GeneratedTakes
@@ -28,6 +28,8 @@ VERSION = 1
 """Version of the provenance written into every motion."""
 _MIN_CALM = 1e-3
 """Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
+_MARKED = 0.6
+"""Seconds beside a word with a mark in which a low rate spares nothing."""
 
 
 def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, made: GeneratedTakes) -> list[Motion]:
@@ -59,8 +61,9 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
             about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
         straight = directions
         directions = listener_response.turn_head_toward(directions, side, None if heard.others is None else heard.others.share)
-        directions = refine.refine(rest.scale_amplitude(directions, size, pose), kept)
-        hands = _hands(request, performers, take, (drawn, numbers), directions)
+        directions, spared = _spared(request, heard, pose, about, rest.scale_amplitude(directions, size, pose))
+        directions = refine.refine(directions, kept)
+        hands = _hands(request, performers, take, (drawn, numbers), directions, spared)
         hands = hands and gesture_blending.blend_hands(hands, shown, which)
         pelvis = _pelvis(request, heard, _name(performers), take, directions)
         ahead = directions.copy()  # eyes turn with the head towards the other speaker
@@ -72,9 +75,30 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
     return parallel_map(expressed, zip(request.identities, *made, strict=True))
 
 
-def _hands(request: Request, performers: StyleSequence, take: int, made: tuple, directions: np.ndarray) -> Hands | None:
-    """Return hands on the finished arms: those ``made`` (arms as they were drawn, and the hands' numbers or None), else
-    synthesised; None where none are asked for.
+def _spared(
+    request: Request, heard: SpeechFeatures, pose: np.ndarray, about: dict, directions: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return directions without the strokes that the rate spares, and how far arms rest instead ``(frames,)``.
+
+    Words with a mark of their own keep their strokes. ``about`` loses the gestures that are not shown any more.
+    """
+    frames, shows = len(directions), about.get("shows", [])
+    rate, time = curves.sample(request, "rate", frames), np.arange(frames) / skeleton.FPS
+    marked = [heard.words[number][1:3] for number in heard.wishes.gestures]
+    given = [np.flatnonzero((time > start - _MARKED) & (time < end + _MARKED)) for start, end in marked]
+    home = skeleton.normalize(pose + rest.idle_offsets(frames, seed=request.keyed_seed + about["take"]))
+    fixed = np.concatenate([kept_frames(request, frames).frames, *given])
+    made, away = sparing.spare(directions, rate, home, [at for _, at in shows], fixed)
+    if shows:
+        about["shows"] = [one for one in shows if not away[min(round(one[1] * skeleton.FPS), frames - 1)]]
+    return made, away
+
+
+def _hands(
+    request: Request, performers: StyleSequence, take: int, made: tuple, directions: np.ndarray, spared: np.ndarray
+) -> Hands | None:
+    """Return hands on the finished arms, hanging where strokes are ``spared``: those ``made`` (arms as they were drawn, and the
+    hands' numbers or None), else synthesised; None where none are asked for.
     """
     if not request.hands:
         return None
@@ -83,7 +107,7 @@ def _hands(request: Request, performers: StyleSequence, take: int, made: tuple, 
         hands = hand_channels.from_channels(numbers, drawn).moved_with_arms(drawn, directions)
     else:
         hands = hand_synthesis.synthesize_hands(directions, _name(performers), request.keyed_seed + take)
-    calm = _calm(request, len(directions))
+    calm = _calm(request, len(directions)) * (1 - spared)
     hands = hands if np.all(calm == 1) else hand_synthesis.hanging_hands(directions).mixed(hands, calm)
     return hands.scaled(directions, request.hands)
 
