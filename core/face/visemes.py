@@ -6,6 +6,7 @@ and is hardly resisted by phones that leave the lips free. Lip closures are appl
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
@@ -95,11 +96,17 @@ def _segments(sounds: Sequence[Phone], duration: float) -> list[tuple]:
             result.append((np.zeros(len(VISEMES)), now + 0.03, start - 0.03, _REST_PULL, 1.0))
         now = max(now, end)
         if phone:
-            parts = _SHAPES.get(phone, "EH:0.3").split(" > ")
+            parts = _targets(_SHAPES.get(phone, "EH:0.3"))
             edges = np.linspace(start, max(end, start + _MIN_PHONE_SECONDS), len(parts) + 1)
             influence = _PULL.get(phone, 1.0), _ROUNDNESS.get(phone, 1.0)
-            result += [(_target(part), *edge, *influence) for part, *edge in zip(parts, edges[:-1], edges[1:], strict=True)]
+            result += [(part, *edge, *influence) for part, *edge in zip(parts, edges[:-1], edges[1:], strict=True)]
     return result
+
+
+@cache
+def _targets(text: str) -> tuple[np.ndarray, ...]:
+    """Parse shapes one after another, as in ``AA:1 > EH:0.4``."""
+    return tuple(map(_target, text.split(" > ")))
 
 
 def _target(text: str) -> np.ndarray:

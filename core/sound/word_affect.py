@@ -27,9 +27,10 @@ def hear_words(words: Sequence[tuple[str, float, float]], vectors: Any, spans: n
     if vectors is None or not len(words) or not len(spans):
         return np.zeros((len(spans), 2))
     weights, centre, deviation = _weights()
-    rows = np.asarray(vectors.vectors([text for text, _, _ in words]), float)
-    known = np.abs(rows).sum(1) > 0
-    said = (rows - centre)[known] @ weights
+    texts, which = np.unique([text for text, _, _ in words], return_inverse=True)
+    rows = np.asarray(vectors.vectors(texts.tolist()), float)
+    known = (np.abs(rows).sum(1) > 0)[which]
+    said = ((rows - centre) @ weights)[which][known]
     middle = np.array([(start + end) / 2 for _, start, end in words])[known]
     order = np.argsort(middle, kind="stable")
     middle, said = middle[order], said[order]
