@@ -216,7 +216,7 @@ def test_declarations_make_sense():
             assert not one.tip.endswith(".") and not one.help.endswith("."), name
 
 
-@pytest.mark.parametrize("locale", ["de_DE"])
+@pytest.mark.parametrize("locale", sorted(path.stem for path in (ROOT / "s2ag_blender" / "translations").glob("*.json")))
 def test_labels_tips_and_errors_are_translated(locale):
     import json
 

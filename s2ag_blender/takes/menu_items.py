@@ -1,6 +1,7 @@
 """Items of the panel's menus and search fields: styles of the checkpoint, sound strips of the scene, bones."""
 
 import functools
+import re
 from pathlib import Path
 from typing import Any
 
@@ -94,16 +95,19 @@ def text_width(text: str) -> float:
     return blf.dimensions(0, text)[0]
 
 
+_PIECE = re.compile(r" ?[（「“]*(?:[^ ⺀-￯]+|[⺀-￯])[）」”。、，：；？ー…っゃゅょッャュョァィゥェォ]*")
+"""What stays on one line: a word, or a letter of Chinese or Japanese with what may not begin a line."""
+
+
 @functools.lru_cache(maxsize=64)
 def wrap_text(text: str, room: float = ROOM) -> list[str]:
     """Wrap a sentence to lines that fit the sidebar; only a word that is too long itself exceeds it."""
     lines: list[str] = []
-    for word in text.split():
-        longer = f"{lines[-1]} {word}" if lines else word
-        if lines and text_width(longer) <= room:
-            lines[-1] = longer
+    for piece in _PIECE.findall(" ".join(text.split())):
+        if lines and text_width(lines[-1] + piece) <= room:
+            lines[-1] += piece
         else:
-            lines.append(word)
+            lines.append(piece.strip())
     return lines
 
 

@@ -19,14 +19,21 @@ _PACKAGE = cast(str, __package__).rpartition(".")[0]
 
 
 def _tables(folder: Path) -> dict[str, dict[str, str]]:
-    """Load the tables of a folder, by locale."""
-    return {path.stem: json.loads(path.read_text("utf-8")) for path in folder.glob("*.json")}
+    """Load the tables of a folder, by locale; what has no translation yet, ``""``, is left out."""
+    read = {path.stem: json.loads(path.read_text("utf-8")) for path in sorted(folder.glob("*.json"))}
+    return {locale: {text: told for text, told in table.items() if told} for locale, table in read.items()}
 
 
 LANGUAGES = _tables(_FOLDER)
 """Locale -> ``{message: translation}`` of the interface, from one JSON file per language."""
 STYLES = _tables(_FOLDER / "styles")
 """Locale -> translations of the names of the shipped styles."""
+
+
+def _ours(locale: str) -> str:
+    """Return the table for Blender's locale, which may name another country (de_AT) where it follows the system."""
+    language = locale.partition("_")[0]
+    return next((one for one in LANGUAGES if one == locale or language not in ("", "zh") and one.startswith(language)), "")
 
 
 @functools.cache
@@ -52,8 +59,8 @@ def translate(text: str, **values: object) -> str:
     translated = cast(str, bpy.app.translations.pgettext_rpt(text, CONTEXT))
     if values:
         return translated.format(**values)
-    locale = bpy.app.translations.locale
-    return translate_sentence(locale, text) if translated == text and locale in LANGUAGES else translated
+    locale = _ours(bpy.app.translations.locale) if translated == text else ""
+    return translate_sentence(locale, text) if locale else translated
 
 
 def translate_style(style: str) -> str:
@@ -87,6 +94,8 @@ def register() -> None:
         texts = {**table, **STYLES.get(locale, {})}
         pairs = {(context, message): text for message, text in texts.items() for context in ("*", "Operator", CONTEXT)}
         tables[locale] = pairs
+        if not locale.startswith("zh"):  # Traditional Chinese is another language
+            tables[locale.partition("_")[0]] = pairs
     bpy.app.translations.register(_NAME, tables)
 
 
