@@ -31,15 +31,15 @@ class Affects:
     """The numbers of the setting ``affect``, -1..1 each, where 0 leaves the style as it is; each has a slider in Blender."""
 
     arousal: float = setting(
-        0.0, **_CONTROL, label="Arousal",
+        0.0, **_CONTROL, label="Energy",
         tip="-1 sleepy: small, slow and low gestures; 1 excited: large, fast, frequent and high ones",
     )  # fmt: skip
     valence: float = setting(
-        0.0, **_CONTROL, label="Valence",
+        0.0, **_CONTROL, label="Mood",
         tip="-1 displeased: sluggish, arms low and closed; 1 pleased: livelier, hands lifted and open, chin up",
     )  # fmt: skip
     dominance: float = setting(
-        0.0, **_CONTROL, label="Dominance",
+        0.0, **_CONTROL, label="Confidence",
         tip="-1 timid: narrow, hasty and unsteady; 1 in command: wide elbows, slower and steadier, long holds, upright",
     )  # fmt: skip
 
@@ -123,7 +123,7 @@ class Settings:
         1.0, low=0.0, high=2.0, column=True, cell=("own", "sheet"), meta="set", restored=("arms", "face"), metavar="X",
         help="how far arousal, valence and dominance follow the voice, 0 to 2 (default 1); the numbers of --affect are added",
         label="Follow the Voice", short="Follow Voice", group="expression", preset=True,
-        tip="How far the three affects follow what is heard in the voice; their sliders are added, keyed ones win",
+        tip="How far energy, mood and confidence follow what is heard in the voice; their sliders are added, keyed ones win",
     )  # fmt: skip
     rate: float = setting(
         0.0, **_CONTROL, column=True, cell=("own",), meta="always", restored=("arms",),
@@ -133,7 +133,7 @@ class Settings:
     hand: float = setting(
         0.0, **_CONTROL, kind="side", column=True, cell=("own", "sheet"), meta="always", restored=("arms",),
         metavar="SIDE", help="left, right, or from -1 (left) to 1 (right); default 0: as the performer does",
-        label="Hand", tip="-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
+        label="Preferred Hand", tip="-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
     )  # fmt: skip
     curves: dict[str, list] = setting(
         dict, kind="document", timed=True, column=True, cell=("own",), meta="set", restored=("arms",),
@@ -150,7 +150,7 @@ class Settings:
         0.0, usual=1.0, low=0.0, high=1.0, wrong="Hands of {} are out of range.", column=True, meta="always",
         restored=("arms",), metavar="X",
         help="how much wrists and fingers live, from 0 (they follow the forearms) to 1 (default); the arms stay the same",
-        label="Hands", tip="How much wrists and fingers live; 0 leaves them to the forearms, and the arms are the same",
+        label="Hand Motion", tip="How much wrists and fingers live; 0 leaves them to the forearms, and the arms are the same",
         group="expression", preset=True,
     )  # fmt: skip
     stance: float = setting(

@@ -126,6 +126,20 @@ def gesture_label(name: str) -> str:
     return translate(_LABELS.get(name, name))
 
 
+TEMPERAMENTS = {
+    "Calm": (
+        "calm lecturer", "diplomat", "dreamer", "elegant host", "news anchor", "old professor", "thoughtful explainer",
+        "warm host",
+    ),
+    "Lively": (
+        "brisk presenter", "coach", "eager storyteller", "excited teenager", "grand orator", "left-handed joker", "sales rep",
+        "street preacher", "tour guide",
+    ),
+    "Reserved": ("deadpan", "nervous", "shy student", "skeptic", "stern", "technician", "tired"),
+}
+"""Headings of the menu of the shipped styles, by what their descriptions say, and the styles below each."""
+
+
 def style_items(settings: Any, context: Context) -> list[tuple]:
     """Return the items of the style menu: the checkpoint's speakers, random, and an expression written by hand."""
     return _style_items(
@@ -142,16 +156,27 @@ def second_items(settings: Any, context: Context) -> list[tuple]:
 
 @functools.lru_cache(maxsize=4)  # Blender keeps no reference to the texts of a menu
 def _style_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
-    items = [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers)]
-    items.append((RANDOM, "Random", "Another speaker with every seed", len(items)))
-    items.append((WRITTEN, "As Written", "A style expression written by hand, such as A:0.6+B:0.4", len(items)))
-    return items
+    more = [(RANDOM, "Random", "Another speaker with every seed", len(speakers))]
+    more.append((WRITTEN, "As Written", "A style expression written by hand, such as A:0.6+B:0.4", len(speakers) + 1))
+    return [*more, *_ordered(speakers, 0)]  # first, because what follows a heading is drawn below it
 
 
 @functools.lru_cache(maxsize=4)
 def _second_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
-    items = [(NOBODY, "Nobody", "Only the first style", 0)]
-    return items + [(name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers, 1)]
+    return [(NOBODY, "Nobody", "Only the first style", 0), *_ordered(speakers, 1)]
+
+
+def _is_shipped(speakers: tuple[tuple[str, str], ...]) -> bool:
+    """Return whether all speakers have a temperament by which the menu can sort them."""
+    return {name for name, _ in speakers} == set().union(*TEMPERAMENTS.values())
+
+
+def _ordered(speakers: tuple[tuple[str, str], ...], first: int) -> list[tuple]:
+    """Return the items of speakers, numbered from ``first`` on, by temperament with headings, else by name."""
+    items = {name: (name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers, first)}
+    if not _is_shipped(speakers):
+        return [items[name] for name in sorted(items)]
+    return [one for label, names in TEMPERAMENTS.items() for one in [("", label, ""), *(items[name] for name in names)]]
 
 
 def get_style(settings: Any) -> int:

@@ -12,7 +12,7 @@ from ..datablocks import ArmatureObject, Context, is_armature
 from ..takes import sources
 from ..takes.operator_base import armature_of, character
 from ..translations import translate
-from .bases import OperatorMixin, OperatorResult
+from .bases import OperatorMixin, OperatorResult, require_character
 
 EXTENSIONS = (".wav", ".flac", ".mp3", ".ogg")
 _MAX_PIXELS = 60
@@ -106,6 +106,31 @@ class S2AG_OT_drop_recording(OperatorMixin, bpy.types.Operator):
         return {"CANCELLED"} if operators.s2ag.generate(how) == {"CANCELLED"} else {"FINISHED"}
 
 
+class S2AG_OT_choose_recording(OperatorMixin, bpy.types.Operator):
+    """Choose the recording in a file browser that shows sound files alone"""
+
+    bl_idname = "s2ag.choose_recording"
+    bl_label = "Choose Recording"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"})
+    filter_sound: bpy.props.BoolProperty(default=True, options={"SKIP_SAVE", "HIDDEN"})
+    filter_folder: bpy.props.BoolProperty(default=True, options={"SKIP_SAVE", "HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return character(context) is not None
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        self.filepath = bpy.path.abspath(require_character(context).s2ag.audio)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: Context) -> OperatorResult:
+        sources.set_recording(require_character(context), self.filepath)
+        return {"FINISHED"}
+
+
 class S2AG_FH_recording(bpy.types.FileHandler):
     bl_idname = "S2AG_FH_recording"
     bl_label = "Recording for a Gesturing Character"
@@ -119,4 +144,4 @@ class S2AG_FH_recording(bpy.types.FileHandler):
         return bool(area and area.type == "VIEW_3D" and any(item.type == "ARMATURE" for item in context.scene.objects))
 
 
-CLASSES = (S2AG_OT_drop_recording, S2AG_FH_recording)
+CLASSES = (S2AG_OT_drop_recording, S2AG_OT_choose_recording, S2AG_FH_recording)

@@ -21,6 +21,7 @@ class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
 
     def draw(self, context: Context) -> None:
         layout = self.layout
+        layout.operator("s2ag.choose_recording", icon="FILE_SOUND")
         layout.operator("s2ag.generate", icon="PLAY")
         layout.prop(context.window_manager.s2ag, "live")
         layout.separator()

@@ -68,7 +68,8 @@ def draw_character(layout: bpy.types.UILayout, armature: ArmatureObject) -> None
         row.label(text=translate("{found} of {all} parts", found=ready.found, all=len(ready.rows)), icon=icon)
         missing = [translate(readiness.label(row.part)) for row in ready.rows if not row.found]
         if missing:
-            draw_sentence(layout, translate("Not found: {parts}", parts=", ".join(missing)), "BLANK1")
+            text = translate("Not found: {parts}. What is missing goes along with the body.", parts=", ".join(missing))
+            draw_sentence(layout, text, "BLANK1")
 
 
 def draw_sentence(layout: bpy.types.UILayout, text: str, icon: Icon) -> None:
@@ -83,7 +84,9 @@ def draw_voice(layout: bpy.types.UILayout, settings: Any, scene: bpy.types.Scene
     column = layout.column()
     column.prop(settings, "audio_source")
     if settings.audio_source == "FILE":
-        column.prop(settings, "audio")
+        row = column.row(align=True)
+        row.prop(settings, "audio")
+        row.operator("s2ag.choose_recording", text="", icon="FILE_SOUND")
         if menu_items.text_width(settings.audio) > _FIELD_PIXELS:  # the field shows only the beginning of the path
             column.label(text=bpy.path.basename(settings.audio), icon="SOUND", translate=False)
     elif settings.audio_source == "STRIP":
@@ -148,11 +151,13 @@ def draw_found_transcript(layout: bpy.types.UILayout, transcript: str) -> None:
 
 
 def draw_style(layout: bpy.types.UILayout, settings: Any) -> None:
-    """Draw the style as a menu of names, and as text where it is an expression."""
-    column = layout.column()
+    """Draw the style as a menu of names with its description, and as text where it is an expression."""
+    column = layout.column(align=True)
     column.prop(settings, "style_pick")
     if menu_items.is_written(settings):
         column.prop(settings, "style", text="Mixture")
+    elif description := menu_items.style_description(settings):
+        draw_sentence(column, translate(description), "BLANK1")
 
 
 def draw_run(layout: bpy.types.UILayout, armature: ArmatureObject, context: Context) -> None:

@@ -47,9 +47,9 @@ class SettingProperties:
     __annotations__ |= {identifier: _property(one) for identifier, one in SETTINGS.items()}
 
 
-def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: bool = True) -> None:
+def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: bool = True, switches: bool = True) -> None:
     """Draw the settings of a group. Controls form one block, greyed unless ``steered``; settings that depend on a switch are
-    drawn below it, greyed while it is off.
+    drawn below it, greyed while it is off; without ``switches`` the caller draws the switch.
     """
     blocks: dict = {}
     for identifier, one in SETTINGS.items():
@@ -57,7 +57,7 @@ def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: b
             continue
         block = "steered" if one.control else one.switch
         if block and block not in blocks:
-            if one.switch:
+            if one.switch and switches:
                 layout.prop(settings, one.switch)
             blocks[block] = layout.column(align=one.control)
             # Greyed but not disabled, so that users can reset the sliders of files from elsewhere.

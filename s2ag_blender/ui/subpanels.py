@@ -102,13 +102,10 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
 
 
 def draw_blend(layout: bpy.types.UILayout, settings: Any) -> None:
-    """Draw the description of the style, and the choice of a second style to blend in."""
+    """Draw the choice of a second style to blend in."""
     if menu_items.is_written(settings):
         return
     column = layout.column()
-    description = menu_items.style_description(settings)
-    for line in menu_items.wrap_text(translate(description)) if description else ():
-        column.label(text=line, translate=False)
     if not menu_items.can_blend(settings):
         column.label(text="Random styles are not blended", icon="INFO")
         return
@@ -120,8 +117,11 @@ def draw_blend(layout: bpy.types.UILayout, settings: Any) -> None:
 class S2AG_PT_face(_SubPanel, bpy.types.Panel):
     bl_label = "Face"
 
+    def draw_header(self, context: Context) -> None:
+        self.layout.prop(require_character(context).s2ag, "face", text="")
+
     def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
-        draw_group(layout, settings, "face")
+        draw_group(layout, settings, "face", switches=False)
         row = layout.row(align=True)
         row.operator("s2ag.load_face_map", text="Load", icon="FILE_FOLDER")
         row.operator("s2ag.save_face_map", text="Save", icon="FILE_TICK")

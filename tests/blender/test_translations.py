@@ -126,6 +126,11 @@ def texts_of_choices():
                     yield from (*name, *description)
 
 
+def texts_of_headings():
+    """Headings within menus of choices."""
+    return list(menu_items.TEMPERAMENTS)
+
+
 def texts_of_reasons():
     """Sentences that functions return or keep under a name, to be told by their callers, and the names of stages."""
     for _, tree in trees():
@@ -154,7 +159,7 @@ def test_every_stage_is_shown_in_words_for_people(extension):
 
 
 def wanted():
-    found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_reasons()}
+    found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_headings(), *texts_of_reasons()}
     found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
     found |= {*shapes.PARTS, Check.stage, *stages.SHOWN.values()}
     found |= {one.short for one in setting_properties.SETTINGS.values()}

@@ -184,6 +184,8 @@ def drawn(*panels):
     for cls in panels or every:
         if not hasattr(cls, "poll") or cls.poll(bpy.context):
             stand_in = type("Stand", (), {"layout": sheet, "draw_settings": getattr(cls, "draw_settings", None)})()
+            if hasattr(cls, "draw_header"):
+                cls.draw_header(stand_in, bpy.context)
             cls.draw(stand_in, bpy.context)
     return active(sheet)
 

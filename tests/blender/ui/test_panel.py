@@ -18,14 +18,18 @@ def test_above_the_fold_are_recording_words_style_and_the_button(speaker, exampl
     assert [what for what in shown if what in FIRST] == [
         *("audio_source", "audio", "transcript_source", "transcript", "style_pick", "s2ag.generate", "live")
     ]
-    assert "No words: the audio alone gestures" in shown and len(shown) < 12
+    assert "No words: the audio alone gestures" in shown and len(shown) < 16
     speaker.s2ag.audio = str(examples / "hello.flac")
     assert "hello.txt beside it has the words" in drawn(panel.S2AG_PT_gestures)
 
 
 def test_nothing_is_claimed_before_there_is_a_recording(figure):
     readiness.readiness_of(figure)
-    assert words(drawn(panel.S2AG_PT_gestures)) == [figure.name, "9 of 9 parts", "Choose a recording"]
+    assert words(drawn(panel.S2AG_PT_gestures)) == [
+        *(figure.name, "9 of 9 parts"),
+        *menu_items.wrap_text(menu_items.style_description(figure.s2ag)),
+        "Choose a recording",
+    ]
 
 
 def test_why_the_button_is_grey_stands_right_below_it(speaker):
@@ -73,7 +77,7 @@ def test_a_part_that_is_missing_is_named(figure):
     press(bpy.ops.s2ag.edit_bone_map)
     figure.s2ag.bone_map["left_clavicle"].bones = ""
     shown = " ".join(drawn(panel.S2AG_PT_gestures))
-    assert "8 of 9 parts" in shown and "Not found: Clavicle L" in shown
+    assert "8 of 9 parts" in shown and "Not found: Clavicle L." in shown
 
 
 def test_the_recording_and_the_words_beside_it_are_named(speaker, examples):

@@ -68,6 +68,19 @@ def test_the_style_menu_reads_and_writes_the_style(figure):
     assert menu_items.is_written(kept) and "style" in drawn()
 
 
+def test_the_style_menu_has_an_order(figure, random_checkpoint):
+    items = menu_items.style_items(figure.s2ag, bpy.context)
+    below = [one[1] for one in items if not one[0]]
+    assert below == list(menu_items.TEMPERAMENTS) and [one[0] for one in items[:2]] == ["random", menu_items.WRITTEN]
+    numbers = {one[0]: one[3] for one in items if one[0]}
+    names = menu_items.style_names()
+    assert [numbers[name] for name in [*names, "random", menu_items.WRITTEN]] == list(range(len(names) + 2))
+    figure.s2ag.style_pick = "tour guide"
+    assert figure.s2ag.style == "tour guide"
+    figure.s2ag.checkpoint = str(random_checkpoint)  # of two styles that no heading names
+    assert [one[0] for one in menu_items.style_items(figure.s2ag, bpy.context)][2:] == ["calm one", "lively one"]
+
+
 def test_sliders_reach_the_action(speaker, random_checkpoint):
     speaker.s2ag.checkpoint = str(random_checkpoint)
     speaker.s2ag.valence, speaker.s2ag.rate = -0.5, 1.0
