@@ -233,6 +233,13 @@ def strip_end(strip: SoundStrip) -> float:
     return strip.right_handle if hasattr(strip, "right_handle") else strip.frame_final_end
 
 
+def compositing(scene: Any) -> bpy.types.NodeTree | None:
+    """Return the compositor's nodes that renders pass through."""
+    if hasattr(scene, "compositing_node_group"):  # since 5.0
+        return scene.compositing_node_group
+    return scene.node_tree if scene.use_nodes else None
+
+
 def eevee() -> str:
     """Return the identifier of the Eevee render engine."""
     return "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"

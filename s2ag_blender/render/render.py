@@ -160,6 +160,8 @@ def _set_engine(scene: Any, look: Look, samples: dict[str, int], antialias: str)
     """Set up the engine of a scene; ``samples`` by engine and ``antialias`` (of Workbench) are the defaults."""
     require_engine(look.engine, scene)
     scene.frame_step = 1
+    if not _has_output(compat.compositing(scene)):
+        scene.render.use_compositing = False  # Blender renders nothing where the compositor gives nothing
     if look.transparent:
         scene.render.film_transparent = True
     engine = look.engine
@@ -176,6 +178,13 @@ def _set_engine(scene: Any, look: Look, samples: dict[str, int], antialias: str)
         scene.cycles.device = "CPU"
         scene.cycles.samples = look.samples or samples[engine]
         scene.cycles.use_denoising = True
+
+
+def _has_output(tree: Any, outermost: bool = True) -> bool:
+    """Return whether a compositor has an output that is not muted; file outputs of untrusted files are."""
+    kinds = {"COMPOSITE", "OUTPUT_FILE"} | ({"GROUP_OUTPUT"} if outermost else set())
+    nodes = [node for node in tree.nodes if not node.mute] if tree else []
+    return any(node.type in kinds or (node.type == "GROUP" and _has_output(node.node_tree, False)) for node in nodes)
 
 
 def _run(**arguments: Any) -> None:
@@ -220,7 +229,7 @@ def _restore_settings(scene: Any) -> Iterator[None]:
     """Restore all settings that rendering changes, so that a scene saved later has the user's own."""
     render = scene.render
     owners = [
-        (render, ("engine", "filepath", "use_file_extension", "film_transparent")),
+        (render, ("engine", "filepath", "use_file_extension", "film_transparent", "use_compositing")),
         (scene, ("frame_step",)),
         (render, ("resolution_x", "resolution_y", "resolution_percentage")),
         (scene.display, ("render_aa",)),
