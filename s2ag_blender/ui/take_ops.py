@@ -79,7 +79,7 @@ class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
 
 
 class S2AG_OT_key_heard(OnTake, bpy.types.Operator):
-    """Key the sliders of arousal, valence and dominance with what the selected take heard in the voice, to change it there"""
+    """Key the sliders of energy, mood and confidence with what the selected take heard in the voice, to change it there"""
 
     bl_idname = "s2ag.key_heard"
     bl_label = "Key What Is Heard"
