@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import tomllib
+import wave
 import zipfile
 from fnmatch import fnmatch
 from pathlib import Path
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 from imports import PACKAGES, modules, statements
 from s2ag.core.cli.parser import PACKAGE_VERBS
+from s2ag.core.sound import audio
 
 ROOT = Path(__file__).resolve().parents[1]
 MOST_LINES = 40_000
@@ -21,14 +23,18 @@ GUARDED = {
     ("core.cli.outputs", "core.cli.motion_export"),
     ("core.cli.synthesis_options", "core.cli.cell_options"),
     ("core.model.loading", "core.model.torch_inference"),
+    ("core.sound.audio", "core.sound.av_decoding"),
     ("core.synthesis.features", "core.model.table_features"),
     ("core.synthesis.generation", "core.model.windows"),
     ("core.synthesis.generation", "core.model.amplitude"),
+    ("core.vectors.table", "core.vectors.gensim_reader"),
+    ("core.words.transcript", "core.words.recognise"),
     ("core.words.aligner.engines", "core.words.aligner.sphinx_engine"),
 }
-"""Imports in functions. The first two follow a sentence that the package is needed; the others need the full engine: the first
-of them raises :class:`EngineMissing` without it, the next are for networks that only the first loads, and the last is not
-reached where the module is missing."""
+"""Imports in functions. Those of ``core.cli`` follow a sentence that the package is needed, that of recognition ends in
+one;
+the others are not reached where the module is missing, as :mod:`core.optional_packages` tells, or need the full engine: the
+first of them raises :class:`EngineMissing` without it, the next are for networks that only the first loads."""
 
 
 def excluded(path, patterns):
@@ -164,7 +170,11 @@ def test_the_zip_gestures_without_the_full_engine_and_says_what_needs_it(built, 
     done = subprocess.run([*start, "core.worker.inventory", "--try"], capture_output=True, text=True)
     facts = json.loads(done.stdout)
     assert facts["gestured"] and not facts["problem"], done.stderr
-    hello = [str(ROOT / "examples" / "hello.flac"), "-o", str(tmp_path / "hello.npz")]
+    sound = audio.load(ROOT / "examples" / "hello.flac")
+    with wave.open(str(tmp_path / "hello.wav"), "wb") as file:  # the zip reads no other recordings by itself
+        file.setparams((1, 2, audio.SAMPLE_RATE, 0, "NONE", ""))
+        file.writeframes((sound * 32767).astype("<i2").tobytes())
+    hello = [str(tmp_path / "hello.wav"), "--text", "hello there", "-o", str(tmp_path / "hello.npz")]
     done = subprocess.run([*start, "core.cli.main", "synth", *hello, "--backend", "torch"], capture_output=True, text=True)
     assert done.returncode == 2 and "needs the full engine" in done.stderr and "s2ag[full]" in done.stderr, done.stderr
     env = {**os.environ, "S2AG_ALIGNER": "pocketsphinx"}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import AudioUnreadable, OutputUnwritable
-from ..sound import audio
+from ..sound import av_decoding
 
 if TYPE_CHECKING:
     from av import AudioFrame, AudioStream, VideoFrame, VideoStream
@@ -41,7 +41,7 @@ def film(
 
     rate = Fraction(fps).limit_denominator(1001)
     try:
-        with av.open(audio.ffmpeg_path(path), "w", options={"movflags": "faststart"}) as out:
+        with av.open(av_decoding.ffmpeg_path(path), "w", options={"movflags": "faststart"}) as out:
             video = voice = None
             mixed = _mix(sounds, int(count / rate * _RATE)) if sounds else iter(())
             for index, picture in enumerate(_pictures(images, first, count, rate)):
@@ -83,7 +83,7 @@ def _pictures(images: Path, first: int, count: int, rate: Fraction) -> Iterator[
 
     number = 0
     options = {"start_number": str(first), "framerate": str(rate)}
-    pattern = audio.ffmpeg_path(str(images).replace("%", "%%") + "/" + PATTERN)
+    pattern = av_decoding.ffmpeg_path(str(images).replace("%", "%%") + "/" + PATTERN)
     with av.open(pattern, format="image2", options=options) as source:
         for picture in source.decode(video=0):
             if number == count:
@@ -132,7 +132,7 @@ def _pieces(path: str) -> Iterator[np.ndarray]:
     from av.error import FFmpegError
 
     try:
-        with audio.open_container(path) as container:
-            yield from audio.decode_pieces(container, container.streams.audio[0], _RATE, "stereo")
+        with av_decoding.open_container(path) as container:
+            yield from av_decoding.decode_pieces(container, container.streams.audio[0], _RATE, "stereo")
     except (FFmpegError, OSError) as error:
         raise AudioUnreadable(f"{path} cannot be decoded ({error}).", "Export the recording again.") from error

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ..errors import S2agError
 from ..model.checkpoint_metadata import describe
+from ..optional_packages import RECOGNISER_ADVICE, has_recogniser
 from ..words.aligner import engines, packed_model
 from ..words.cache import Cache, default_folder
 from . import blender
@@ -84,10 +85,8 @@ def _aligner() -> Check:
 
 
 def _recogniser() -> Check:
-    from ..words import recognise
-
-    there = recognise.is_available()
-    return Check("recogniser", there, "installed" if there else "not installed", recognise.ADVICE, required=False)
+    there = has_recogniser()
+    return Check("recogniser", there, "installed" if there else "not installed", RECOGNISER_ADVICE, required=False)
 
 
 def _cache() -> Check:

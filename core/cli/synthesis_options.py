@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..declaration import SAME, Setting
 from ..errors import UsageError
+from ..optional_packages import RECOGNISER_ADVICE, has_recogniser
 from ..settings import Documents, Models, Settings, names_with, table
 from ..settings import command_options as options_of
 from ..threads import set_passive_waiting
@@ -166,9 +167,7 @@ def _transcript(options: argparse.Namespace, named: Path | None) -> Path | None:
     if file is None and not options.audio.is_file():
         return None  # reading the recording raises the error
     if file is None:
-        from ..words import recognise
-
-        how = "--recognise has the words written down." if recognise.is_available() else recognise.ADVICE
+        how = "--recognise has the words written down." if has_recogniser() else RECOGNISER_ADVICE
         note(f"Without a transcript the gestures follow the sound alone. {how}")
         return None
     note(f"{file} is taken as the transcript; --no-transcript gestures from the sound alone.")

@@ -1,23 +1,19 @@
 """Decodes any audio or video file to 16 kHz mono float32, piece by piece, and normalises its speech level."""
 
-import contextlib
 import hashlib
 import zlib
 from collections.abc import Iterable, Iterator
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 import numpy as np
 
 from ..errors import AudioUnreadable
 from ..files import open_file
+from ..optional_packages import has_av
 from . import wavefile
 from .resample import resample
-
-if TYPE_CHECKING:
-    from av import AudioFrame, AudioStream
-    from av.container import InputContainer
 
 SAMPLE_RATE = 16000
 SPEECH_RMS = 0.05
@@ -33,7 +29,6 @@ _MIN_BYTES_PER_SECOND = 500
 _PARTS, _PART_FLOOR = 16, 1e-6
 """Parts of a recording that :func:`fingerprint` compares, and the share of its energy (-60 dB) below which a part is silent."""
 _BLOCK = SAMPLE_RATE * 60
-_CHOOSE = "Choose a recording, or a video with an audio track."
 _DECLARES_LENGTH = {"flac", "aiff", "mov,mp4,m4a,3gp,3g2,mj2"}
 """Containers whose header states the length; for others FFmpeg only estimates it from the bit rate."""
 
@@ -72,7 +67,7 @@ def check_readable(path: str | PathLike) -> None:
     head = wavefile.read_header(path)
     if head and head.kind is not None:
         return
-    with _audio_container(path):
+    with _decoder(path).audio_container(path):
         pass
 
 
@@ -119,54 +114,6 @@ def speech_gain(audio: np.ndarray) -> float:
     return SPEECH_RMS / float(np.sqrt(active.mean()))
 
 
-def open_container(path: str | PathLike) -> "InputContainer":
-    """Open a file as an ``av`` container; tags in a wrong encoding are ignored.
-
-    The path is never read as a URL, and a playlist can refer to local files only.
-    """
-    import av
-
-    name, options = ffmpeg_path(path), {"protocol_whitelist": "file"}
-    try:
-        return av.open(name, metadata_errors="ignore", options=options)
-    except TypeError:  # av 19 always ignores such errors and lacks the argument
-        return av.open(name, options=options)
-
-
-def ffmpeg_path(path: str | PathLike) -> str:
-    """Return FFmpeg's name for the file at ``path``: without the protocol, ``12:30 talk.wav`` would be read as a URL."""
-    return f"file:{path}"
-
-
-def decode_pieces(
-    container: "InputContainer", stream: "AudioStream", rate: int, layout: str | None = None
-) -> Iterator[np.ndarray]:
-    """Decode a stream of an open ``av`` container into pieces ``(channels, n)`` of float32 samples.
-
-    The sound is resampled to ``rate`` and mixed to ``layout``, such as ``stereo`` (None keeps the channels). Damaged packets
-    are skipped. Raises :class:`av.FFmpegError`.
-    """
-    import av
-    import av.error
-
-    stream.thread_type = "AUTO"  # pyright: ignore[reportAttributeAccessIssue]  # delegated to the codec context
-    resampler = av.AudioResampler(format="flt", layout=layout, rate=rate)
-    for packet in container.demux(stream):
-        try:
-            frames = packet.decode()
-        except av.error.InvalidDataError:
-            continue
-        for frame in frames:
-            frame.pts = None
-            yield from (_channels(piece) for piece in resampler.resample(frame))
-    yield from (_channels(piece) for piece in resampler.resample(None))
-
-
-def _channels(frame: "AudioFrame") -> np.ndarray:
-    """Return ``(channels, n)`` of a frame of interleaved samples; with more than seven planes ``av`` crashes the process."""
-    return frame.to_ndarray().reshape(-1, frame.layout.nb_channels).T
-
-
 def _check(path: Path) -> None:
     if path.is_dir():
         raise AudioUnreadable(f"{path} is a folder, not a recording.", "Name a file inside it.")
@@ -180,31 +127,23 @@ def _check(path: Path) -> None:
         raise AudioUnreadable(f"{path} cannot be opened: {error.strerror}.", "Check the file's permissions.") from error
 
 
-@contextlib.contextmanager
-def _audio_container(path: Path) -> "Iterator[InputContainer]":
-    """Open a file that has an audio stream; errors of ``av`` inside the block become :class:`AudioUnreadable`, too."""
-    try:
-        import av.error
-    except ImportError as error:
+def _decoder(path: Path) -> ModuleType:
+    """Return the module that decodes by ``av``; raises :class:`AudioUnreadable` where it is missing."""
+    if not has_av():
         what = f"{path} is no WAV file, and the package av, which reads all other recordings, is missing."
-        raise AudioUnreadable(what, 'Save it as WAV, or install it with: pip install "s2ag[engine]".') from error
-    try:
-        with open_container(path) as container:
-            if not container.streams.audio:
-                raise AudioUnreadable(f"{path} has no sound in it.", _CHOOSE)
-            if container.streams.audio[0].codec_context is None:
-                raise AudioUnreadable(f"The sound of {path} is of a kind that nothing here reads.", _CHOOSE)
-            yield container
-    except (av.error.FFmpegError, OSError, ValueError) as error:
-        raise _unreadable(path, error) from error
+        raise AudioUnreadable(what, 'Save it as WAV, or install it with: pip install "s2ag[engine]".')
+    from . import av_decoding
+
+    return av_decoding
 
 
 def _decode(path: Path) -> tuple[np.ndarray, float]:
     """Decode with ``av``; return the sound and the duration in seconds that the file declares, 0 if that is an estimate."""
-    with _audio_container(path) as container:
+    decoder = _decoder(path)
+    with decoder.audio_container(path) as container:
         stream = container.streams.audio[0]
         rate = stream.rate or SAMPLE_RATE
-        audio = _mono(path, decode_pieces(container, stream, rate), rate)
+        audio = _mono(path, decoder.decode_pieces(container, stream, rate), rate)
         if stream.duration and stream.time_base and container.format.name in _DECLARES_LENGTH:
             return audio, float(stream.duration * stream.time_base)
         return audio, 0.0
@@ -241,12 +180,3 @@ def _join(pieces: Iterable[np.ndarray]) -> np.ndarray:
         filled += len(piece)
     audio.resize(filled, refcheck=False)
     return audio
-
-
-def _unreadable(path: Path, error: Exception) -> AudioUnreadable:
-    what = f"{path} is not a readable recording ({_reason(error)})."
-    return AudioUnreadable(what, "Export it again, for instance as WAV, FLAC or MP3.")
-
-
-def _reason(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error) or type(error).__name__).rstrip(".")

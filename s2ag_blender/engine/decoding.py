@@ -4,7 +4,6 @@ Blender's ``aud`` holds Python while it decodes, so a thread requests a few seco
 continue a little beside the requested place; pieces therefore overlap and are joined where they are the same.
 """
 
-import importlib.util
 import struct
 import tempfile
 import threading
@@ -16,6 +15,7 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 
 from ...core.errors import AudioUnreadable, Cancelled, OutputUnwritable, S2agError
+from ...core.optional_packages import has_av
 from ...core.sound import wavefile
 from ...core.sound.resample import resample
 from .. import compat
@@ -47,7 +47,7 @@ def needs_decoding(path: str) -> bool:
         return False
     if _has_aud():
         return True
-    if importlib.util.find_spec("av") is not None:
+    if has_av():
         return False  # the engine decodes by itself
     what = "This build of Blender has no sound system for add-ons, so WAV files are the only recordings that it can read."
     raise AudioUnreadable(what, "Convert the recording to WAV, or choose a Python with the full engine in the preferences.")

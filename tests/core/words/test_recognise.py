@@ -6,12 +6,13 @@ import sys
 import numpy as np
 import pytest
 from s2ag.core.errors import EngineMissing, TranscriptUnreadable
+from s2ag.core.optional_packages import has_recogniser
 from s2ag.core.sound import audio
 from s2ag.core.words import recognise, transcript
 from s2ag.core.words.cache import Cache
 from transcripts import words_and_warnings
 
-needs_recogniser = pytest.mark.skipif(not recognise.is_available(), reason="the extra 'recognise' is not installed")
+needs_recogniser = pytest.mark.skipif(not has_recogniser(), reason="the extra 'recognise' is not installed")
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +44,7 @@ def test_without_the_extra_the_message_says_how(sound, monkeypatch):
     find = importlib.util.find_spec
     hide = "faster_whisper"
     monkeypatch.setattr(importlib.util, "find_spec", lambda name, *rest: None if name == hide else find(name, *rest))
-    assert not recognise.is_available()
+    assert not has_recogniser()
     assert transcript.timed_transcript(sound) == transcript.TimedTranscript()
     with pytest.raises(EngineMissing, match=r"s2ag\[recognise\]"):
         transcript.timed_transcript(sound, ways=transcript.TranscriptOptions(recognise=True))
