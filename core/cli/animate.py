@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--character", metavar="WHO", default="human", help=f"{character_options.WHO} (default human)")
     character_options.add_options(parser)
     parser.add_argument("--start-frame", metavar="N", type=int, default=1, help="frame of the first key (default 1)")
-    parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second of the scene (default 24, or as in a .blend)")
+    parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second (default 24, or as in a .blend or .fbx)")
     drawn = "renderer (default workbench, or the one set in a .blend)"
     parser.add_argument("--engine", choices=("workbench", "eevee", "cycles"), help=drawn)
     size = "of .mp4 and .png (default 960x540, or as in a .blend)"
@@ -64,6 +64,8 @@ def run(options: argparse.Namespace) -> int:
                 result = blender.run("render.job", str(job), progress=progress, talk="all" if options.verbose else "last")
             for warning in result.get("warnings", ()):
                 note(warning)
+            if options.fps is None and result.get("fps", 24) != 24:
+                note(f"Keyed at {result['fps']:g} frames a second, as in {Path(who).name}; --fps chooses another rate.")
     return 0
 
 

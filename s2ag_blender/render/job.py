@@ -22,7 +22,6 @@ from ...core.motion.motion import Motion
 from .. import program
 from ..characters.character import Character
 
-DEFAULT_FPS = 24
 RENDERED = (".mp4", ".png", ".exr")
 
 
@@ -115,7 +114,7 @@ def perform(job: Job, voice: program.EventWriter) -> dict:
         warnings += [sentence for character in characters for sentence in character.disarmed]
         if any(Path(path).suffix.lower() in RENDERED for path in job.outputs):
             render.require_engine(job.engine, scene)
-        _set_rate(scene, job.fps if job.fps or theirs else DEFAULT_FPS)
+        _set_rate(scene, job.fps)  # else that of the .blend or the .fbx, or Blender's 24
         apply.require_rate(scene)
     with voice.stage("keyframes"):
         spans, sounds = [], []

@@ -18,6 +18,7 @@ from ...core import json_text
 from ...core.errors import UsageError
 from ...core.files import atomic_file, check_output
 from ...core.motion.motion import Motion
+from ...core.motion.skeleton import canonical_to_blender
 from .. import program
 from ..characters import mannequin, materials
 from ..datablocks import ArmatureObject, MeshObject, current_context
@@ -26,7 +27,9 @@ from . import render, stage
 from .sound import add_sound
 
 WIDTH, HEIGHT = 1.56, 1.36
-"""Size of a cell in metres: arms held wide, and from the hips to above the head with the label below."""
+"""Least size of a cell in metres: from the hips to above the head with the label below."""
+_ARM, _FINGERS, _MARGIN = ("shoulder", "upper_arm", "lower_arm", "hand"), 1.1, 0.08
+"""Bones of an arm; a hand with its fingers, in lengths of its bone; metres for trunks that sway and hands that bend out."""
 LABEL = 0.24
 """Height of a cell's label in metres."""
 CELL = 320
@@ -87,18 +90,33 @@ def _read(path: str) -> dict[str, Any]:
 def _fill(scene: bpy.types.Scene, cells: list[dict], motions: list[Motion]) -> None:
     """Add figures with their gestures, panels, labels, and a camera that shows them all."""
     first = _Figure(scene)
+    width = cell_width(motions, first.armature)
     figures = [first] + [first.again(scene) for _ in cells[1:]]
     panels = [materials.plain(f"Panel {shade}", np.array(_GREY) * shade, 1.0) for shade in (0.85, 1.0)]
     ink = materials.plain("Ink", _DARK, 1.0)
     for cell, figure, motion in zip(cells, figures, motions, strict=True):
-        corner = np.array([cell["column"] * WIDTH, 0.0, -cell["row"] * HEIGHT])
-        _panel(scene, corner, panels[(cell["row"] + cell["column"]) % 2])
+        corner = np.array([cell["column"] * width, 0.0, -cell["row"] * HEIGHT])
+        _panel(scene, corner, panels[(cell["row"] + cell["column"]) % 2], width)
         for line, text in enumerate(cell["label"]):
-            _text(scene, text, corner + [0.05, 0, 0.135 - 0.095 * line], 0.095, ink)
-        figure.place(corner + [WIDTH / 2, 0, LABEL - _CUT_HEIGHT])
+            _text(scene, text, corner + [0.05, 0, 0.135 - 0.095 * line], 0.095, ink, width)
+        figure.place(corner + [width / 2, 0, LABEL - _CUT_HEIGHT])
         apply_motion(figure.armature, motion, 1, scene=scene, report=lambda warning: None)
     columns, rows = (1 + max(cell[part] for cell in cells) for part in ("column", "row"))
-    _camera(scene, columns, rows)
+    _camera(scene, columns, rows, width)
+
+
+def cell_width(motions: list[Motion], armature: ArmatureObject) -> float:
+    """Return the width of cells in metres in which every figure's hands stay: :data:`WIDTH`, or more for arms held wider."""
+    bones = armature.data.bones
+    long = [next(bone.length for bone in bones if bone.name.split(".")[0] == part) for part in _ARM]
+    reach = WIDTH / 2
+    for motion in motions:
+        for arm in ((3, 4, 5), (6, 7, 8)):
+            ways = canonical_to_blender(motion.directions[:, arm].astype(float))
+            place = sum(length * ways[:, link] for link, length in enumerate(long[:3])) + long[3] * ways[:, 2] * _FINGERS
+            across = place[:, 0] * np.cos(_TURN) - place[:, 1] * np.sin(_TURN)
+            reach = max(reach, float(np.abs(across).max()) + _MARGIN)
+    return 2 * reach
 
 
 class _Figure:
@@ -172,12 +190,12 @@ def _decimate(mesh: bpy.types.Mesh) -> bpy.types.Mesh:
     return light
 
 
-def _panel(scene: bpy.types.Scene, corner: np.ndarray, material: bpy.types.Material) -> None:
+def _panel(scene: bpy.types.Scene, corner: np.ndarray, material: bpy.types.Material, width: float) -> None:
     """Add the wall behind a figure and the strip for its label in front of the figure's waist."""
-    wall = [(0, 1, 0), (WIDTH, 1, 0), (WIDTH, 1, HEIGHT), (0, 1, HEIGHT)]
+    wall = [(0, 1, 0), (width, 1, 0), (width, 1, HEIGHT), (0, 1, HEIGHT)]
     _plane(scene, corner, wall, material)
     strip = bpy.data.materials.get("Paper") or materials.plain("Paper", _PAPER, 1.0)
-    _plane(scene, corner, [(0, -1, 0), (WIDTH, -1, 0), (WIDTH, -1, LABEL), (0, -1, LABEL)], strip)
+    _plane(scene, corner, [(0, -1, 0), (width, -1, 0), (width, -1, LABEL), (0, -1, LABEL)], strip)
 
 
 def _plane(
@@ -189,7 +207,9 @@ def _plane(
     scene.collection.objects.link(bpy.data.objects.new("Panel", mesh))
 
 
-def _text(scene: bpy.types.Scene, text: str, spot: np.ndarray, size: float, material: bpy.types.Material) -> None:
+def _text(
+    scene: bpy.types.Scene, text: str, spot: np.ndarray, size: float, material: bpy.types.Material, width: float
+) -> None:
     """Add a line of text that faces the camera, squeezed to the width of a cell."""
     curve: Any = bpy.data.curves.new("Label", "FONT")
     curve.body, curve.size = text, size
@@ -197,22 +217,22 @@ def _text(scene: bpy.types.Scene, text: str, spot: np.ndarray, size: float, mate
     item = bpy.data.objects.new("Label", curve)
     scene.collection.objects.link(item)
     current_context().view_layer.update()
-    room = WIDTH - 0.1
+    room = width - 0.1
     squeeze = min(1.0, room / max(item.dimensions.x, 1e-6))
     upright = Matrix.Rotation(np.pi / 2, 4, "X") @ Matrix.Scale(squeeze, 4, (1, 0, 0))
     item.matrix_world = Matrix.Translation((spot + [0, -1.1, 0]).tolist()) @ upright
 
 
-def _camera(scene: bpy.types.Scene, columns: int, rows: int) -> None:
+def _camera(scene: bpy.types.Scene, columns: int, rows: int, width: float) -> None:
     camera = bpy.data.cameras.new("Camera")
     camera.type, camera.clip_end = "ORTHO", 100
     item = bpy.data.objects.new("Camera", camera)
     scene.collection.objects.link(item)
     scene.camera = item
-    wide, tall = columns * WIDTH, rows * HEIGHT
+    wide, tall = columns * width, rows * HEIGHT
     camera.ortho_scale = max(wide, tall)
     item.matrix_world = Matrix.Translation((wide / 2, -20, HEIGHT - tall / 2)) @ Matrix.Rotation(np.pi / 2, 4, "X")
-    pixels = min(CELL, WIDEST // columns) / WIDTH
+    pixels = min(CELL, WIDEST // columns) / width
     scene.render.resolution_x, scene.render.resolution_y = (round(size * pixels / 2) * 2 for size in (wide, tall))
     stage.set_standard_view(scene)
     stage.workbench(scene)

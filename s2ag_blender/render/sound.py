@@ -12,6 +12,7 @@ from ..datablocks import SoundStrip
 def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: str = "") -> SoundStrip:
     """Add a strip of the sound file ``path`` at ``start_frame`` and sync playback to audio; return the strip.
 
+    Films that Blender's Render menu makes have sound from then on: a scene's codec is none at first.
     An existing strip of that file and frame is used; others stay. Raises :class:`AudioUnreadable`.
     """
     path = Path(path).resolve()
@@ -27,6 +28,8 @@ def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: 
             raise AudioUnreadable(f"Blender cannot read {path}: {error}", "Convert it to WAV or FLAC.") from error
         compat.move_strip(strip, int(start_frame))
     scene.sync_mode = "AUDIO_SYNC"
+    if scene.render.ffmpeg.audio_codec == "NONE":
+        scene.render.ffmpeg.audio_codec = "AAC"
     return strip
 
 

@@ -1,5 +1,6 @@
 """Functions behind the panel, which scripts can call, too: request gestures from the engine, export, add characters."""
 
+import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -120,11 +121,13 @@ def export(context: Context, armature: ArmatureObject, path: str) -> None:
 
 
 def file_name(armature: ArmatureObject) -> str:
-    """Return a file name, without suffix, for what the character plays: character and take."""
+    """Return a file name in ASCII, without suffix, for what the character plays: character, recording and take."""
     from ..render import export
 
     name = export.animation_name(armature).replace(" – ", " - ")
-    return "".join(" " if letter in '<>:"/\\|?*' or not letter.isprintable() else letter for letter in name).strip(" .")
+    plain = unicodedata.normalize("NFKD", name.replace("ß", "ss")).encode("ascii", "ignore").decode()
+    plain = "".join(" " if letter in '<>:"/\\|?*' or not letter.isprintable() else letter for letter in plain)
+    return plain.strip(" .-") or "gestures"
 
 
 def add_character(name: str, gender: str = "female") -> ArmatureObject:

@@ -1,6 +1,7 @@
 """Manages the takes of a character: adds, shows, names, deletes them, and plans more takes like them."""
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -11,6 +12,9 @@ from ..keys import layers
 from ..keys.apply import scene_fps
 from ..translations import translate, translate_style
 from . import drafts, sound_strips, stored_settings
+
+_LONGEST_LINE = 24
+"""Letters of a recording's name in that of an action; Blender before 5.0 cuts names at 63 bytes."""
 
 
 def add_takes(
@@ -50,11 +54,12 @@ def title(armature: ArmatureObject, action: bpy.types.Action) -> str:
 
 
 def rename(armature: ArmatureObject, take: Any) -> None:
-    """Name the action of a take, and the strip that plays it, after its character, title and version."""
+    """Name the action of a take, and the strip that plays it, after its character, recording, title and version."""
     if take.action is None or take.action.library is not None:
         return
     number = next((number for number, one in enumerate(take.versions, 1) if one.action == take.action), 1)
-    take.action.name = f"{armature.name} – {take.title}" + (f" ({number})" if number > 1 else "")
+    names = armature.name, Path(take.recording).stem[:_LONGEST_LINE], take.title
+    take.action.name = " – ".join(name for name in names if name) + (f" ({number})" if number > 1 else "")
     for strip in layers.strips(armature):
         if strip.action == take.action:
             strip.name = take.action.name

@@ -58,6 +58,11 @@ def test_files_and_their_animations_are_called_after_what_is_played(character, t
     name, before = "Ann: – calm/lecturer 2", scene.name
     armature.animation_data.action.name = name
     assert engine_requests.file_name(armature) == "Ann  - calm lecturer 2"
+    armature.animation_data.action.name = "Zoë – Straße"
+    assert engine_requests.file_name(armature) == "Zoe - Strasse"
+    armature.animation_data.action.name = "声"
+    assert engine_requests.file_name(armature) == "gestures"
+    armature.animation_data.action.name = name
     for suffix in (".glb", ".fbx"):
         export.export(scene, character, tmp_path / f"take{suffix}")
         written = (tmp_path / f"take{suffix}").read_bytes()

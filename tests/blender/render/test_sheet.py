@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
+from s2ag.core.motion.motion import Motion
+from s2ag.rigs import relative_turns
 from s2ag.s2ag_blender import program
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.render import opengl, sheet
@@ -27,8 +29,6 @@ def cells(tmp_path, wave):
 
 
 def fill(cells):
-    from s2ag.core.motion.motion import Motion
-
     sheet._fill(bpy.context.scene, cells, [Motion.load(cell["motion"]) for cell in cells])
     return bpy.context.scene
 
@@ -51,6 +51,23 @@ def test_every_cell_holds_its_own_figure_and_label(cells):
         corners = [item.matrix_world @ Vector(corner) for corner in item.bound_box]
         across = [world_to_camera_view(scene, scene.camera, corner)[0] * 3 for corner in corners]
         assert int(min(across)) == int(max(across) - 1e-6)
+
+
+def test_no_hand_reaches_into_another_cell(tmp_path):
+    directions = np.tile(relative_turns.NEUTRAL, (8, 1, 1)).astype(np.float32)
+    directions[:, [3, 4, 5]], directions[:, [6, 7, 8]] = (-1, 0, 0), (1, 0, 0)  # straight out
+    made = []
+    for number in range(4):
+        path = tmp_path / f"{number}.npz"
+        Motion(directions).save(path)
+        made.append({"motion": str(path), "row": number // 2, "column": number % 2, "label": ["a style", "seed"]})
+    scene = fill(made)
+    scene.frame_set(4)
+    figures = [item for item in scene.objects if item.type == "ARMATURE"]
+    for figure in figures:
+        spots = [figure.matrix_world @ bone.tail for bone in figure.pose.bones if bone.name.startswith(("hand", "middle_2"))]
+        across = [world_to_camera_view(scene, scene.camera, Vector(spot))[0] * 2 for spot in spots]
+        assert len(across) == 4 and int(min(across)) == int(max(across)), across
 
 
 def test_long_labels_are_squeezed_into_their_cell(cells):

@@ -28,6 +28,7 @@ def test_a_strip_at_the_start_frame_and_playback_that_follows_it(recording):
     assert compat.strip_start(strip) == 20
     assert compat.strip_end(strip) == pytest.approx(20 + 2 * scene.render.fps, abs=1)
     assert scene.sync_mode == "AUDIO_SYNC"
+    assert scene.render.ffmpeg.audio_codec == "AAC"  # so that a film of the Render menu has sound
 
 
 def test_a_strip_that_plays_it_from_there_will_do_and_no_other_is_moved(recording):

@@ -57,9 +57,9 @@ def test_names_link_take_action_and_strip(speaker):
         press(bpy.ops.s2ag.generate)
     assert [take.title for take in speaker.s2ag.takes] == ["calm lecturer 1", "calm lecturer 2"]
     (strip,) = layers.strips(speaker)
-    assert strip.name == strip.action.name == speaker.s2ag.takes[1].action.name == "Marcus – calm lecturer 2"
+    assert strip.name == strip.action.name == speaker.s2ag.takes[1].action.name == "Marcus – voice – calm lecturer 2"
     speaker.s2ag.takes[1].title = "the one"
-    assert strip.name == strip.action.name == "Marcus – the one"
+    assert strip.name == strip.action.name == "Marcus – voice – the one"
     press(bpy.ops.s2ag.generate)  # the number is free again
     assert speaker.s2ag.takes[2].title == "calm lecturer 2"
 
