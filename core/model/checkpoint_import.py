@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import torch
 
 from ..errors import CheckpointUnreadable
-from . import checkpoint, safe_pickle
+from . import checkpoint, paper_networks, safe_pickle
 from .config import ModelConfig
 from .discriminator import Discriminator
 from .generator import Generator
@@ -107,9 +107,9 @@ def recognise_config(tensors: Mapping[str, torch.Tensor], path: str | PathLike =
     if not (wave or mfcc):
         raise CheckpointUnreadable(f"{path} holds a generator that hears neither MFCCs nor raw audio.", _REMEDY)
     if affect:
-        return (ModelConfig.without_mfcc if wave else ModelConfig.published)(words, speakers)
+        return (paper_networks.without_mfcc if wave else paper_networks.published)(words, speakers)
     # GTC's code writes LeakyReLU(True), which has slope 1; its weights were trained with that linear activation.
-    return ModelConfig.trimodal(words, speakers, head_slope=1.0) if wave else ModelConfig.without_affect(words, speakers)
+    return paper_networks.trimodal(words, speakers, head_slope=1.0) if wave else paper_networks.without_affect(words, speakers)
 
 
 def _state(stored: Mapping[str, Any], names: tuple[str, ...], path: str | PathLike) -> dict[str, torch.Tensor]:

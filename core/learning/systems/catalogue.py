@@ -6,6 +6,7 @@ from typing import Any
 
 import torch
 
+from ...model import paper_networks
 from ...model.config import ModelConfig
 from .adversarial import Adversarial
 from .gesticulator import Gesticulator
@@ -117,7 +118,7 @@ def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, jud
 
 
 def _paper(words: int, speakers: int, **changes: Any) -> ModelConfig:
-    return ModelConfig.paper(speakers, words=words, **changes)
+    return paper_networks.paper(speakers, words=words, **changes)
 
 
 def _joint(audio: bool) -> Builder:
@@ -136,23 +137,23 @@ SYSTEMS: dict[str, SystemInfo] = {
     "seq2seq": SystemInfo("Seq2Seq", lambda of: Seq2Seq(of.vectors, of.trained_words, of.share), (45.62, 6.33, 6.62)),
     "s2g": SystemInfo("S2G-IS", lambda of: Speech2Gesture(of.faithful, of.share, of.given), (45.11, 7.22, 6.73), least=32),
     "jem": SystemInfo("JEM", _joint(audio=True), (48.56, 4.31, 5.88), raw=True),
-    "gtc": SystemInfo("GTC", _adversarial(ModelConfig.trimodal, trimodal=True), (27.30, 3.20, 4.49), raw=True),
+    "gtc": SystemInfo("GTC", _adversarial(paper_networks.trimodal, trimodal=True), (27.30, 3.20, 4.49), raw=True),
     "gesticulator": SystemInfo("Gesticulator", _gesticulator(contextual=False), None, (82.41, 3.62, 31.04)),
     "s2ag-no-mfcc": SystemInfo(
-        "S2AG w/o MFCC Enc.", _adversarial(ModelConfig.without_mfcc), (27.84, 3.02, 4.21), (105.71, 1.57, 23.03), raw=True
+        "S2AG w/o MFCC Enc.", _adversarial(paper_networks.without_mfcc), (27.84, 3.02, 4.21), (105.71, 1.57, 23.03), raw=True
     ),
     "s2ag-no-affect": SystemInfo(
-        "S2AG w/o Aff. Enc.", _adversarial(ModelConfig.without_affect), (25.38, 3.51, 4.84), (92.90, 2.81, 24.28)
+        "S2AG w/o Aff. Enc.", _adversarial(paper_networks.without_affect), (25.38, 3.51, 4.84), (92.90, 2.81, 24.28)
     ),
-    "s2ag": SystemInfo("S2AG", _adversarial(ModelConfig.published), (24.49, 2.93, 3.54), (54.93, 1.49, 20.36)),
+    "s2ag": SystemInfo("S2AG", _adversarial(paper_networks.published), (24.49, 2.93, 3.54), (54.93, 1.49, 20.36)),
 }
 """Seq2Seq to S2AG in the paper's order; it reports Gesticulator on GENEA alone."""
 
 PROBES: dict[str, SystemInfo] = {
-    "s2ag-no-judge": SystemInfo("S2AG w/o discriminator", _adversarial(ModelConfig.published, judge="none")),
-    "s2ag-gtc-judge": SystemInfo("S2AG with GTC's discriminator", _adversarial(ModelConfig.published, judge="raw")),
+    "s2ag-no-judge": SystemInfo("S2AG w/o discriminator", _adversarial(paper_networks.published, judge="none")),
+    "s2ag-gtc-judge": SystemInfo("S2AG with GTC's discriminator", _adversarial(paper_networks.published, judge="raw")),
     "no-affect-s2ag-judge": SystemInfo(
-        "S2AG w/o Aff. Enc. with S2AG's discriminator", _adversarial(ModelConfig.without_affect, judge="graph")
+        "S2AG w/o Aff. Enc. with S2AG's discriminator", _adversarial(paper_networks.without_affect, judge="graph")
     ),
 }
 """Not in the paper, whose ablation removes the affective encoder from generator and discriminator at once; these do not."""

@@ -6,7 +6,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from ...model.config import ModelConfig
+from ...model import paper_networks
 from ...model.layers import in_float32, make_gru, run_gru
 from ...model.text_encoder import TextEncoder
 from ...model.wave_encoder import FRAMES, WaveEncoder
@@ -62,7 +62,7 @@ class _Network(nn.Module):
         self.table = table
         features, inner = scale_small_width(32, share), scale_width(128, share)
         sizes = {"text_channels": scale_width(200, share), "text_size": features, "word_size": table.weight.shape[1]}
-        self.text = TextEncoder(ModelConfig.published(words=0, text_levels=2, **sizes))
+        self.text = TextEncoder(paper_networks.published(words=0, text_levels=2, **sizes))
         a, b, c = (scale_small_width(channels, share) for channels in (16, 32, 64))
         self.audio = WaveEncoder(features, (a, b, c)) if audio else None
         size = scale_width(256, share)

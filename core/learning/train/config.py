@@ -6,9 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import UsageError
+from ...model import paper_networks
 from ...model.config import ModelConfig, build_dataclass
 from .given_frames import KINDS
 from .logbook import parse_kinds
+
+_NETWORKS = {"flow": ModelConfig.flow, "default": ModelConfig.default, "paper": paper_networks.paper}
+"""Names of networks that can be trained here -> their configurations."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ class TrainConfig:
     save_minutes: float = 2.0
 
     def __post_init__(self):
-        if self.model not in ("flow", "default", "paper"):
+        if self.model not in _NETWORKS:
             raise UsageError(f"{self.model!r} cannot be trained here.", "Set model to flow, default or paper.")
         choices = {"device": ("cpu", "cuda", "mps"), "precision": ("32-true", "bf16-mixed"), "learns": ("poses", "extras")}
         for name, allowed in choices.items():
@@ -100,7 +104,7 @@ class TrainConfig:
 
     def model_config(self, speakers: int, meanings: int = 0, extras: int = 0) -> ModelConfig:
         """Return the network's settings for a corpus with these numbers of speakers, stroke meanings and extras."""
-        base = getattr(ModelConfig, self.model)().to_dict()
+        base = _NETWORKS[self.model]().to_dict()
         if base["decoder"] == "flow":
             base |= {"meanings": meanings if self.stroke_tell else 0, "extras": extras if self.learns == "extras" else 0}
         return ModelConfig.from_dict({**base, "speakers": speakers, **self.model_settings})

@@ -22,7 +22,7 @@ from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.metrics import extractor as extractors  # noqa: E402
 from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
 from s2ag.core.learning.systems.imported import Imported  # noqa: E402
-from s2ag.core.model import checkpoint, checkpoint_import, loading  # noqa: E402
+from s2ag.core.model import checkpoint, checkpoint_import, loading, paper_networks  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.motion.motion import Motion  # noqa: E402
@@ -50,7 +50,7 @@ def bench(corpus, tmp_path_factory):
 def authors(tmp_path):
     """Files as the authors of S2AG wrote them: generator, vocabulary, extractor. Nothing but their values is made up."""
     torch.manual_seed(3)
-    generator = Generator(ModelConfig.published(words=len(WORDS), speakers=3)).eval()
+    generator = Generator(paper_networks.published(words=len(WORDS), speakers=3)).eval()
     state = dict(generator.state_dict())
     for name in list(state):
         for place, double in ((".conv1.", ".net.0."), (".conv2.", ".net.4.")):

@@ -10,6 +10,7 @@ from s2ag.core.learning.systems import gesticulator, spectrogram, word_timing  #
 from s2ag.core.learning.systems.catalogue import ALL_SYSTEMS, SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.systems.sample import END, START, Sample, WordTable, word_vectors  # noqa: E402
 from s2ag.core.learning.systems.speech2gesture import Speech2Gesture  # noqa: E402
+from s2ag.core.model import paper_networks  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
@@ -49,10 +50,10 @@ def built(name, **changes):
 
 def test_published_sizes():
     assert count(WaveEncoder()) == 69_728
-    trimodal = ModelConfig.trimodal(words=50, speakers=7)
+    trimodal = paper_networks.trimodal(words=50, speakers=7)
     assert count(Generator(trimodal)) == 7_183_003 + 300 * 50 + 16 * 7
     assert round(count(Discriminator(trimodal)) / 1e6, 2) == 0.25
-    assert count(Generator(ModelConfig.without_affect(words=50, speakers=7)).gru) == 5_572_800 + 20 * 3 * 300 * 2
+    assert count(Generator(paper_networks.without_affect(words=50, speakers=7)).gru) == 5_572_800 + 20 * 3 * 300 * 2
     assert round(count(Speech2Gesture(port=True).performer) / 1e6, 2) == 6.44
     assert round(count(Speech2Gesture().judge) / 1e6, 2) == 0.17
     words = count(WordTable(word_vectors(VECTORS, True), True))
@@ -62,7 +63,7 @@ def test_published_sizes():
 def test_ablations_differ_from_s2ag_in_one_encoder():
     whole, no_mfcc, no_affect = (
         set(Generator(preset(words=5)).state_dict())
-        for preset in (ModelConfig.published, ModelConfig.without_mfcc, ModelConfig.without_affect)
+        for preset in (paper_networks.published, paper_networks.without_mfcc, paper_networks.without_affect)
     )
     assert {name.split(".")[0] for name in whole ^ no_mfcc} == {"audio_encoder"}
     assert {name.split(".")[0] for name in whole ^ no_affect} == {"aff_encoder"}

@@ -5,8 +5,8 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from s2ag.core.model import paper_networks  # noqa: E402
 from s2ag.core.model.affective_encoder import AffectiveEncoder  # noqa: E402
-from s2ag.core.model.config import ModelConfig  # noqa: E402
 from torch.nn import functional  # noqa: E402
 
 EDGE_LINKS = ((0, 1), (1, 2), (0, 3), (3, 4), (4, 5), (0, 6), (6, 7), (7, 8))
@@ -61,7 +61,7 @@ def plain(encoder, poses):
 
 def test_affective_encoder_has_the_values_and_gradients_of_a_plain_one():
     torch.manual_seed(0)
-    encoder = AffectiveEncoder(ModelConfig.published()).double().train()
+    encoder = AffectiveEncoder(paper_networks.published()).double().train()
     with torch.no_grad():
         for parameter in encoder.parameters():
             parameter.add_(0.05 * torch.randn_like(parameter))

@@ -13,8 +13,7 @@ torch = pytest.importorskip("torch")
 
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CheckpointUnreadable  # noqa: E402
-from s2ag.core.model import checkpoint, checkpoint_import, loading, safe_pickle  # noqa: E402
-from s2ag.core.model.config import ModelConfig  # noqa: E402
+from s2ag.core.model import checkpoint, checkpoint_import, loading, paper_networks, safe_pickle  # noqa: E402
 from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.generator import Generator  # noqa: E402
 from s2ag.core.synthesis.session import Request, Session  # noqa: E402
@@ -76,7 +75,7 @@ def outputs(generator):
 
 @pytest.mark.parametrize("legacy", [False, True])
 def test_s2ag_gives_the_same_output(tmp_path, legacy):
-    generator, discriminator = networks(ModelConfig.published)
+    generator, discriminator = networks(paper_networks.published)
     path = tmp_path / "epoch_000290_loss_-0.0048_model.pth.tar"
     state = {"gen_model_dict": authors_state(generator), "dis_model_dict": discriminator.state_dict()}
     torch.save(state, path, _use_new_zipfile_serialization=not legacy)
@@ -92,7 +91,7 @@ def test_s2ag_gives_the_same_output(tmp_path, legacy):
 
 @pytest.mark.parametrize("wrapped", ["", "module."])
 def test_gtc_gives_the_same_output_and_brings_its_lists(tmp_path, vocab_class, wrapped):
-    generator, discriminator = networks(ModelConfig.trimodal, head_slope=1.0)
+    generator, discriminator = networks(paper_networks.trimodal, head_slope=1.0)
     path = tmp_path / "multimodal_context_checkpoint_best.bin"
     state = {wrapped + name: value for name, value in authors_state(generator, gtc=True).items()}
     facts = {"lang_model": vocab(vocab_class, WORDS), "speaker_model": vocab(vocab_class, VIDEOS), "epoch": 86, "pose_dim": 27}
@@ -106,7 +105,7 @@ def test_gtc_gives_the_same_output_and_brings_its_lists(tmp_path, vocab_class, w
     assert [one["name"] for one in loaded.speakers] == ["untrained", "talk-a", "talk-b"]
 
 
-@pytest.mark.parametrize("preset", [ModelConfig.without_mfcc, ModelConfig.without_affect])
+@pytest.mark.parametrize("preset", [paper_networks.without_mfcc, paper_networks.without_affect])
 def test_ablations_are_recognised(tmp_path, preset):
     generator, _ = networks(preset)
     torch.save({"gen_model_dict": authors_state(generator)}, tmp_path / "a.pth.tar")
@@ -117,7 +116,7 @@ def test_ablations_are_recognised(tmp_path, preset):
 
 
 def test_gtc_as_s2ag_stores_it(tmp_path):
-    generator, _ = networks(ModelConfig.trimodal, head_slope=1.0)
+    generator, _ = networks(paper_networks.trimodal, head_slope=1.0)
     torch.save({"trimodal_gen_dict": authors_state(generator)}, tmp_path / "trimodal_gen.pth.tar")
     checkpoint_import.import_checkpoint(tmp_path / "trimodal_gen.pth.tar", tmp_path / "t.safetensors")
     loaded = checkpoint.load(tmp_path / "t.safetensors")
@@ -125,7 +124,7 @@ def test_gtc_as_s2ag_stores_it(tmp_path):
 
 
 def test_every_mismatch_is_named(tmp_path):
-    generator, _ = networks(ModelConfig.published)
+    generator, _ = networks(paper_networks.published)
     state = authors_state(generator)
     del state["gru.bias_hh_l2"]
     state["head.weight"] = torch.zeros(3)
@@ -168,7 +167,7 @@ class Evil:
 def test_nothing_in_a_file_is_run(tmp_path, monkeypatch):
     target = tmp_path / "ran"
     monkeypatch.setenv("S2AG_EVIL", str(target))
-    generator, _ = networks(ModelConfig.published)
+    generator, _ = networks(paper_networks.published)
     torch.save({"gen_model_dict": authors_state(generator), "args": Evil()}, tmp_path / "evil.pth.tar")
     with pytest.raises(CheckpointUnreadable, match="cannot be read"):
         checkpoint_import.import_checkpoint(tmp_path / "evil.pth.tar", tmp_path / "e.safetensors")
@@ -191,7 +190,7 @@ def test_old_and_new_pickles_of_arrays_and_records(vocab_class):
 
 
 def test_imported_networks_perform_like_any_other(tmp_path, vocab_class, examples):
-    generator, _ = networks(ModelConfig.published)
+    generator, _ = networks(paper_networks.published)
     torch.save({"gen_model_dict": authors_state(generator)}, tmp_path / "s.pth.tar")
     (tmp_path / "vocab_cache.pkl").write_bytes(pickle.dumps(vocab(vocab_class, WORDS)))
     command = ["checkpoint", "import", str(tmp_path / "s.pth.tar"), "-o", str(tmp_path / "s.safetensors")]
@@ -210,7 +209,7 @@ def test_imported_networks_perform_like_any_other(tmp_path, vocab_class, example
 
 
 def test_gtc_performs_from_raw_sound(tmp_path, examples):
-    generator, _ = networks(ModelConfig.trimodal, head_slope=1.0)
+    generator, _ = networks(paper_networks.trimodal, head_slope=1.0)
     torch.save({"gen_dict": authors_state(generator, gtc=True)}, tmp_path / "g.bin")
     checkpoint_import.import_checkpoint(tmp_path / "g.bin", tmp_path / "g.safetensors")
     motion = Session(tmp_path / "g.safetensors").synthesize(Request(examples / "hello.flac")).motions[0]
@@ -218,7 +217,7 @@ def test_gtc_performs_from_raw_sound(tmp_path, examples):
 
 
 def test_a_wrong_vocabulary_is_refused(tmp_path, vocab_class):
-    generator, _ = networks(ModelConfig.published)
+    generator, _ = networks(paper_networks.published)
     torch.save({"gen_model_dict": authors_state(generator)}, tmp_path / "s.pth.tar")
     for name, content, sentence in (
         ("long", vocab(vocab_class, WORDS * 1 + ["more"]), "the network's table 7"),

@@ -6,7 +6,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from s2ag.core.errors import UsageError  # noqa: E402
-from s2ag.core.model import graph, recurrent  # noqa: E402
+from s2ag.core.model import graph, paper_networks, recurrent  # noqa: E402
 from s2ag.core.model.config import ModelConfig  # noqa: E402
 from s2ag.core.model.discriminator import Discriminator  # noqa: E402
 from s2ag.core.model.dropout import Dropout  # noqa: E402
@@ -32,7 +32,7 @@ def default_inputs(batch=2, frames=40, seeds=10):
 @pytest.fixture(scope="module")
 def published():
     torch.manual_seed(0)
-    config = ModelConfig.published(words=50, speakers=7)
+    config = paper_networks.published(words=50, speakers=7)
     return Generator(config).eval(), Discriminator(config).eval()
 
 
@@ -100,7 +100,7 @@ def test_published_text_sees_no_coming_word(published):
 
 
 def test_paper_has_the_sizes_of_table_1():
-    generator, discriminator = (kind(ModelConfig.paper()).eval() for kind in (Generator, Discriminator))
+    generator, discriminator = (kind(paper_networks.paper()).eval() for kind in (Generator, Discriminator))
     encoder = generator.aff_encoder
     assert generator.audio_encoder.linear1.out_features == 32
     assert generator.text_encoder.decoder.out_features == 32
@@ -264,7 +264,7 @@ def test_controls_move_the_style_and_rest_at_zero():
 
 
 def test_networks_without_prosody_and_controls_have_no_weights_for_them():
-    for config in (ModelConfig(), ModelConfig.paper(), ModelConfig.published(9, 2)):
+    for config in (ModelConfig(), paper_networks.paper(), paper_networks.published(9, 2)):
         names = set(Generator(config).state_dict())
         assert not [name for name in names if name.startswith(("prosody", "controls"))]
 
@@ -283,7 +283,7 @@ def test_speakers_are_distributions_and_styles_are_repeatable():
     assert not torch.equal(a, generator.sample_style(mu, logvar, torch.Generator().manual_seed(4)))
 
 
-@pytest.mark.parametrize("config", [ModelConfig.default(8), ModelConfig.paper(3), ModelConfig.published(9, 2)])
+@pytest.mark.parametrize("config", [ModelConfig.default(8), paper_networks.paper(3), paper_networks.published(9, 2)])
 def test_configuration_round_trips_through_json(config):
     import json
 

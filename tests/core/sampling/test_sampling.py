@@ -130,13 +130,12 @@ def test_a_remembered_walk_is_the_same(session, examples, random_checkpoint):
 
 def test_a_walk_of_whole_windows_passes_the_end():
     torch = pytest.importorskip("torch")
-    from s2ag.core.model import windows
-    from s2ag.core.model.config import ModelConfig
+    from s2ag.core.model import paper_networks, windows
     from s2ag.core.model.generator import Generator
     from s2ag.core.motion import rest
 
     torch.manual_seed(0)
-    network = Generator(ModelConfig.published(words=5, speakers=2)).eval()
+    network = Generator(paper_networks.published(words=5, speakers=2)).eval()
     hear = lambda start, stop: (np.zeros((37, 71), np.float32), np.full(34, 4), None)  # noqa: E731
     points = np.random.default_rng(0).standard_normal((2, 2, network.config.style_size)).astype(np.float32)
     poses = np.broadcast_to(rest.REST, (2, 4, 9, 3)).astype(np.float32)
