@@ -190,4 +190,4 @@ def safe_name(text: str) -> str:
     """Return ``text`` as a portable file name: letters, digits, dots, hyphens and underscores, 150 bytes at most."""
     short = unicodedata.normalize("NFC", Path(text).name).encode("utf-8", "ignore")[:150].decode("utf-8", "ignore")
     name = re.sub(r"[^\w.-]+", "_", short).strip("._") or "clip"
-    return f"{name}_" if re.fullmatch(r"(con|prn|aux|nul|(com|lpt)[\d¹²³])(\..*)?", name, re.IGNORECASE) else name
+    return re.sub(r"^(con|prn|aux|nul|(com|lpt)[\d¹²³])(?=\.|$)", r"\1_", name, flags=re.IGNORECASE)  # devices of Windows
