@@ -80,13 +80,13 @@ def perform(
 def _spaced(strokes: list[planning.Stroke], scene: Scene, random: np.random.Generator) -> list[planning.Stroke]:
     """Return the strokes that are far enough apart: talk goes on between them.
 
-    Meanings that are said go first. Arousal of 1 halves the distance, -1 doubles it.
+    Meanings that are said go first. Arousal or rate of 1 halve the distance, -1 doubles it.
     """
     kept: list[planning.Stroke] = []
     for stroke in sorted(strokes, key=lambda one: one.meaning == BEAT or not one.said):
         said = stroke.said and stroke.meaning != BEAT
         apart = _SAID_APART if said else _APART * float(np.exp(random.normal(0, _APART_SPREAD)))
-        apart *= 2 ** -float(scene.affect(stroke.emphasis)[0])
+        apart *= 2 ** -float(scene.affect(stroke.emphasis)[0] + scene.rate)
         if all(abs(stroke.emphasis - other.emphasis) > apart for other in kept):
             kept.append(stroke)
     return sorted(kept, key=lambda one: one.emphasis)

@@ -1,7 +1,7 @@
 """How a performer talks with the hands: derived from the tastes in :mod:`speakers`.
 
 Those are of single gestures; here they become factors of captured talk, so scaled that most performers move nearly as the
-captured people: sizes go from 0.5 to 1.2, tempo from 0.9 to 1.4, gestured phrases from 0.4 to all.
+captured people: sizes go from 0.5 to 1.2, tempo from 0.9 to 1.5, gestured phrases from 0.4 to all.
 """
 
 from dataclasses import dataclass
@@ -15,6 +15,11 @@ _HEIGHT = {"low": -9.0, "mid": 0.0, "high": 11.0}
 
 _CALMEST, _LIVELIEST = 2.7, 0.8
 """Longest and shortest gap of a performer: 0 and 1 of liveliness."""
+_SIZE, _TEMPO = (0.68, 0.36), (1.06, 0.2)
+"""Size and tempo of a performer whose tastes of them are 1, at no liveliness, and what full liveliness adds: captured movements
+made somewhat smaller and quicker, as networks that learn of them draw larger and slower ones."""
+_ALONE = 1.3
+"""How far the other hand stays out of it for a leader who never used both."""
 _USUAL_PLANE = 1.1
 """The taste of planes of a performer whose hands are as far apart as in captured talk."""
 
@@ -46,10 +51,10 @@ def of(performer: Performer) -> Manner:
     lively = (_CALMEST - performer.gap) / (_CALMEST - _LIVELIEST)
     return Manner(
         lead=lead,
-        alone=float(np.clip(1.15 - 0.75 * performer.both, 0.5, 0.95)) if lead else 0.0,
+        alone=float(np.clip(_ALONE - 0.75 * performer.both, 0.5, 0.95)) if lead else 0.0,
         active=float(np.clip(0.4 + 0.65 * lively, 0.3, 1.0)),
-        size=float(performer.size * (0.72 + 0.38 * lively)),
-        tempo=float(performer.tempo**0.5 * (0.97 + 0.2 * lively)),
+        size=float(performer.size * (_SIZE[0] + _SIZE[1] * lively)),
+        tempo=float(performer.tempo**0.5 * (_TEMPO[0] + _TEMPO[1] * lively)),
         height=_HEIGHT[performer.height],
         home=float(np.clip(0.95 - 0.45 * performer.linger, 0.3, 0.9)),
         front=performer.rest == "front",

@@ -35,6 +35,8 @@ _TEMPO_SPREAD = 0.08
 """Standard deviation of the logarithm of a phrase's tempo."""
 _ACTIVE_AROUSAL = 0.4
 """What arousal of 1 adds to the share of phrases that are gestured."""
+_LEAST_ACTIVE = 0.1
+"""Share of its gestured stretches that a performance keeps where the least is asked for."""
 _SPOKEN = 0.35
 """Share of a stretch that must be speech for it to be gestured."""
 _LISTENING = 0.2
@@ -78,7 +80,8 @@ def assemble(material: Material, manner: Manner, scene: Scene, arousal: np.ndarr
     gesturing = np.zeros(frames)
     for first, last in stretches(scene, frames, random):
         mood = float(arousal[first:last].mean())
-        active = speaking[first:last].mean() > _SPOKEN and random.random() < manner.active + _ACTIVE_AROUSAL * mood
+        chance = _at_rate(manner.active + _ACTIVE_AROUSAL * mood, scene.rate)
+        active = speaking[first:last].mean() > _SPOKEN and random.random() < chance
         gesturing[first:last] = active
         quiet = material.listening if speaking[first:last].mean() > _LISTENING else material.idle
         here = accents[(accents[:, 0] >= first) & (accents[:, 0] < last) & (random.random(len(accents)) < _ANSWERED)]
@@ -199,6 +202,12 @@ def _join(parts: list[dict[str, np.ndarray]], random: np.random.Generator) -> di
 def _slope(pair: np.ndarray) -> np.ndarray:
     """Return the step between two frames."""
     return pair[-1] - pair[0]
+
+
+def _at_rate(chance: float, rate: float) -> float:
+    """Return the chance that a stretch is gestured at a control of rate of -1 to 1: hardly ever to always."""
+    chance = float(np.clip(chance, 0, 1))
+    return chance + rate * (1 - chance) if rate > 0 else chance * (1 + (1 - _LEAST_ACTIVE) * rate)
 
 
 def _speaking(scene: Scene, frames: int) -> np.ndarray:
