@@ -217,9 +217,9 @@ def _place(body: np.ndarray, manner: Manner, affect: np.ndarray, random: np.rand
     wide = manner.wide + 3 * _wander(len(body), 5.0, random)
     for (upper, fore), out in _SIDES:
         bent = np.clip(1 - (body[:, upper] * body[:, fore]).sum(-1), 0, 0.6) / 0.6
-        elbow = wide + 9 * dominance + 6 * valence + 3 * arousal
+        elbow = wide + 9 * dominance + 8 * valence + arousal
         turn(body, (upper,), pitch=-0.45 * height * bent, roll=out * elbow)
-        apart = wide + 15 * valence + 4 * dominance
+        apart = wide + 19 * valence + 4 * dominance
         turn(body, (fore,), pitch=-height * bent, roll=out * 0.6 * elbow, yaw=-out * apart * bent)
 
 
