@@ -40,9 +40,9 @@ _OF_SOUND, _OF_WORDS = np.array([0.4, 0.1]), 0.25
 four pairs, dominance hardly anything, and a body that opens for anger's dominance would hide that. With more of the sound clean
 voices are pleased whatever they feel: they lie three deviations above readers, where joy lies 0.7 above anger."""
 _KNOWN, _STRANGE, _OWN = 20.0, 5.0, np.array([0.5, 0.8, 0.5])
-"""Once so many seconds of somebody were heard, centres have moved by these shares to his own middle, beginning at the second: all
-the way would be wrong where all that was heard is of one mood. Valence moves most: voices and microphones differ in it by twice
-as much as moods do."""
+"""Once so many seconds of somebody were heard, centres have moved by these shares to his own middle, beginning at the second:
+all the way would be wrong where all that was heard is of one mood. Valence moves most: voices and microphones differ in it by
+twice as much as moods do."""
 _SMOOTHING, _NEIGHBOURS = 1.5, 4
 """Seconds: standard deviation of the weights of units of speech around one, and how many count on each side. A calm speaker
 wobbles by a third of the way from calm to aroused in windows of 1 s."""

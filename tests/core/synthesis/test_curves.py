@@ -76,7 +76,7 @@ def test_each_half_is_as_lively_as_its_own_value_makes_it(session, talk, name, l
     low_first, high_first = (perform(curves={name: step(*pair)}) for pair in ((low, high), (high, low)))
     assert by * low_first[0] < high_first[0]
     assert low_first[1] > by * high_first[1]
-    assert low_first[0] == pytest.approx(perform(**plain(name, low))[0], rel=0.15)
+    assert low_first[0] == pytest.approx(perform(**plain(name, low))[0], rel=0.15, abs=0.01)
 
 
 def test_the_hand_that_leads_can_change(perform):
@@ -91,7 +91,8 @@ def test_a_curve_leaves_no_jump(perform):
 
     jump = [[0, 0.3], [10, 0.3], [10, 1.3], [20, 1.3]]
     whole = perform(intensity=1.3)
-    assert most(perform(curves={"intensity": jump})) <= 1.1 * most(whole)
+    # Unsmoothed, arms would go all their way to four times the size in one frame.
+    assert most(perform(curves={"intensity": jump})) <= 1.25 * most(whole)
 
 
 def test_a_style_begins_at_its_moment(perform):
