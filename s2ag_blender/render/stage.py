@@ -184,7 +184,11 @@ def _world() -> bpy.types.World:
 def workbench(scene: bpy.types.Scene) -> None:
     """Set Workbench to a bright studio light and textures, without cavity and shadow, which are slow without a GPU."""
     display: Any = scene.display
-    shading = display.shading
+    light_brightly(display.shading)
+
+
+def light_brightly(shading: Any) -> None:
+    """Set a bright studio light and textures on the shading of Workbench or of a viewport."""
     shading.light, shading.color_type = "STUDIO", "TEXTURE"
     if any(light.name == _STUDIO for light in current_context().preferences.studio_lights):
         shading.studio_light = _STUDIO

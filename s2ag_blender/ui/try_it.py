@@ -2,12 +2,15 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import bpy
-from mathutils import Vector
+import numpy as np
+from mathutils import Euler, Vector
 
 from ...core.errors import S2agError
 from ..datablocks import ArmatureObject, Context, current_context, is_armature
+from ..render import stage as stage_module
 from ..takes import engine_requests, generate, session, take_list
 from ..takes.operator_base import GeneratingOperator
 from ..translations import translate, translate_error
@@ -15,6 +18,9 @@ from .bases import OperatorResult
 
 VOICE = Path(__file__).parents[2] / "core" / "assets" / "hello.mp3"
 """The example recording; its transcript is beside it."""
+_MIDDLE, _DISTANCE = 0.76, 0.95
+"""Height of the middle of the picture and distance of the eye, in heights of the person: from the hips to above the head."""
+_BACKGROUND = (0.55, 0.58, 0.6)
 _GAP = 1.0
 """Metres between the person and the meshes that are in the scene already."""
 
@@ -67,7 +73,7 @@ class S2AG_OT_try_it(GeneratingOperator, bpy.types.Operator):
             return self.execute(context)
         if not self._stage(context):
             return {"CANCELLED"}
-        _frame_view(context)
+        frame_view(context)
         return super().invoke(context, event)
 
     def _stage(self, context: Context) -> bool:
@@ -86,16 +92,36 @@ class S2AG_OT_try_it(GeneratingOperator, bpy.types.Operator):
         if armature is not None and take_list.active(armature) is not None:
             take_list.fit_scene(armature, scene)
         scene.frame_set(scene.frame_start)
+        scene.sync_mode = "AUDIO_SYNC"
         if not bpy.app.background and not context.screen.is_animation_playing:
             bpy.ops.screen.animation_play()
         return super()._done(uid, name, outcome)
 
 
-def _frame_view(context: Context) -> None:
-    """Frame the person from the front in the viewport in which the button was pressed."""
-    area = context.area
+def frame_view(context: Context) -> None:
+    """Show the active person in the viewport in which the button was pressed as a film would: alone, lit, in colour, from its
+    hips up, without bones, lines and grid. Only this viewport changes: overlays, shading, local view and where it looks from.
+    """
+    area, armature = context.area, context.view_layer.objects.active
     region = next((region for region in area.regions if region.type == "WINDOW"), None) if area else None
-    if area is not None and region is not None and area.type == "VIEW_3D":
-        with context.temp_override(region=region):
-            bpy.ops.view3d.view_axis(type="FRONT")
-            bpy.ops.view3d.view_selected()
+    if area is None or region is None or armature is None or area.type != "VIEW_3D":
+        return
+    space: Any = area.spaces.active
+    space.overlay.show_overlays = False
+    space.shading.type, space.shading.background_type = "SOLID", "VIEWPORT"
+    space.shading.background_color = _BACKGROUND
+    stage_module.light_brightly(space.shading)
+    people = [armature, *(item for item in context.scene.objects if item.type == "MESH" and item.find_armature() is armature)]
+    with context.temp_override(region=region):
+        if space.local_view is None:
+            for item in people:
+                item.select_set(True)
+            bpy.ops.view3d.localview(frame_selected=False)
+            for item in people[1:]:
+                item.select_set(False)
+        tall = max((armature.matrix_world @ Vector(corner)).z for item in people for corner in item.bound_box)
+        view = space.region_3d
+        view.view_perspective = "PERSP"
+        view.view_rotation = Euler((np.radians(87), 0, np.radians(8))).to_quaternion()
+        view.view_location = armature.matrix_world.translation + Vector((0, 0, _MIDDLE * tall))
+        view.view_distance = _DISTANCE * tall

@@ -46,3 +46,20 @@ def test_the_person_stands_beside_what_is_there(empty):
     bpy.context.view_layer.update()
     arms = [human.matrix_world @ bone.head_local for bone in human.data.bones]
     assert min(point.x for point in arms) > 1
+
+
+def test_the_view_is_a_films_and_the_scene_stays(empty):
+    bpy.ops.wm.read_factory_settings()
+    scene = bpy.context.scene
+    cube, before = scene.objects["Cube"], {item.name: item.matrix_world.copy() for item in scene.objects}
+    human = try_it.stage(bpy.context)
+    area = next(area for area in bpy.context.screen.areas if area.type == "VIEW_3D")
+    with bpy.context.temp_override(area=area):
+        try_it.frame_view(bpy.context)
+    space = area.spaces.active
+    assert space.local_view is not None and not space.overlay.show_overlays and space.shading.color_type == "TEXTURE"
+    assert cube.local_view_get(space) is False and human.local_view_get(space)
+    assert all(item.local_view_get(space) for item in scene.objects if item.type == "MESH" and item.find_armature() is human)
+    assert bpy.context.view_layer.objects.active is human and list(bpy.context.selected_objects) == [human]
+    assert not cube.hide_get() and not cube.hide_viewport
+    assert all(scene.objects[name].matrix_world == matrix for name, matrix in before.items())
