@@ -37,7 +37,7 @@ def command(module: str, *arguments: str) -> list[str]:
     if not program:
         raise BlenderUnavailable(
             "There is no Blender here.",
-            'Install it with: pip install "s2ag[blender]", or let S2AG_BLENDER name its executable.',
+            'In Python 3.11 or 3.13: pip install "s2ag[blender]"; in any other let S2AG_BLENDER name its executable.',
         )
     options = ["--background", "--factory-startup", "--python-exit-code", "1", "--python", str(ENTRY)]
     return [program, *options, "--", f"s2ag_blender.{module}", *arguments]
