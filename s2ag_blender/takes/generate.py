@@ -304,6 +304,7 @@ def _finish(
         yield 1.0
     armature, scene = _find_target(planned)
     actions, motion = _find_actions(made), motions[0]
+    sync = scene.sync_mode
     own = _add_sound_and_markers(planned, scene, timing.retimed_motion(motion, planned.voice.way), warnings)
     for action in actions:
         action[sound_strips.TAG] = own
@@ -338,6 +339,8 @@ def _finish(
     if any(news):
         take_list.active(armature).warnings = "\n".join([*warnings, *filter(None, news)])
     notes = [translate("The sound of an earlier take is silent now: {name}", name=name) for name in silent]
+    if scene.sync_mode != sync:
+        notes.append(translate("Playback is in sync with the sound from now on"))
     return Outcome(actions, motion.duration, warnings, notes, said)
 
 

@@ -87,6 +87,7 @@ def test_two_characters_sharing_a_recording(speaker):
 
 def test_a_new_recording_silences_the_earlier_takes_and_flipping_brings_it_back(speaker, tmp_path):
     press(bpy.ops.s2ag.generate)
+    assert ("Playback is in sync with the sound from now on", "INFO") in session.messages(speaker)
     second = tmp_path / "second.wav"
     shutil.copy(speaker.s2ag.audio, second)
     speaker.s2ag.audio = str(second)
