@@ -84,7 +84,11 @@ class Setting:
     meta: Literal["", "always", "set"] = ""
     """Whether it is stored in a motion's provenance: always, or if it is not the default."""
     restored: tuple[str, ...] = ()
-    """Parts that are regenerated with its value from provenance: ``arms``, ``face``."""
+    """Parts that are regenerated with its value from provenance: ``arms``, ``face``; ``take`` where it tells a take apart from
+    others of the same settings.
+    """
+    indexed: bool = False
+    """Whether the index of a data set has it."""
     beside_arms: bool = False
     """Whether it drives a part of the motion that stays when arms, trunk and hands are regenerated."""
     partner: bool = False

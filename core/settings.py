@@ -6,18 +6,19 @@ properties, presets and sliders are derived from it (:class:`declaration.Setting
 declare it here and read ``request.NAME`` where it is used.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from . import characters
-from .declaration import NUMBERS, Setting, command_options, setting, sliders, table
+from .declaration import Setting, command_options, setting, sliders, table
 
 if TYPE_CHECKING:
     import numpy as np
 
 __all__ = ["AFFECTS", "CONTROLS", "CURVES", "SWITCHES", "Documents", "Models", "Setting", "Settings"]
-__all__ += ["command_options", "names_with", "sliders", "stated", "table"]
+__all__ += ["checkpoint_of", "command_options", "names_with", "sliders", "table"]
 
 _CONTROL: dict[str, Any] = {"low": -1.0, "high": 1.0, "control": True, "curve": True, "group": "expression", "preset": True}
 _MAX_SCENE = 13 * 3600.0
@@ -76,7 +77,9 @@ class Settings:
 
     transcript: str | PathLike | None = setting(
         None, kind="path", words=True, recording=True, column=True, cell=("sheet",), alternatives="words", conflict=_BOTH,
-        metavar="FILE",
+        metavar="FILE", label="Transcript", group="words", previewed=False,
+        tip="Words of the recording: a text, subtitles, a TextGrid, or a .json of [word, start, end]; "
+        "if empty, the transcript of the same name beside the recording",
         help="what is said: plain text, subtitles (SRT, WebVTT), TextGrid, CTM, or JSON of recognisers and aligners; by "
         "default a .txt, .srt, .vtt or .TextGrid of the recording's name beside it (see docs/transcripts.md)",
     )  # fmt: skip
@@ -89,15 +92,18 @@ class Settings:
         help="have the words recognised; needs the extra s2ag[recognise]",
     )  # fmt: skip
     style: str | dict = setting(
-        "", kind="style", column=True, cell=("own",), metavar="STYLE",
+        "", kind="style", column=True, cell=("own",), restored=("arms", "take"), indexed=True, metavar="STYLE",
         help="NAME, a blend NAME:0.6+NAME:0.4, a walk NAME>NAME, or random (see: s2ag styles; default: the one marked there)",
+        label="Style", short="Mixture", tip="A speaker, a blend such as calm lecturer:0.6+stern:0.4, or random",
+        group="performer", preset=True,
     )  # fmt: skip
     seed: int = setting(
         0, low=0, wrong="Seed {} is negative.", remedy="Give zero or a positive whole number.", column=True, cell=("own",),
-        meta="always", restored=("arms", "face"), metavar="N", help="same seed, same performance (default 0)",
+        meta="always", restored=("arms", "face", "take"), indexed=True, metavar="N",
+        help="same seed, same performance (default 0)",
         label="Seed", tip="Same seed, same gestures", group="takes",
     )  # fmt: skip
-    take: int = setting(0, column=True, cell=("own",), restored=("arms",))
+    take: int = setting(0, column=True, cell=("own",), restored=("arms", "take"))
     takes: int = setting(
         1, low=1, high=64, wrong="{} takes were asked for.", remedy="Ask for 1 to 64.", column=True, cell=("own",),
         metavar="K", help="that many variations (default {default})",
@@ -106,7 +112,7 @@ class Settings:
     )  # fmt: skip
     chance: int | None = setting(
         None, kind="whole", low=0, wrong="Chance {} is negative.", remedy="Give zero or a positive whole number.", column=True,
-        cell=("own",), meta="set", restored=("arms", "face"), metavar="N",
+        cell=("own",), meta="set", restored=("arms", "face", "take"), metavar="N",
         help="the chance of another take: the number in its provenance, 0 if there is none (default: the recording's own)",
     )  # fmt: skip
     intensity: float = setting(
@@ -209,7 +215,7 @@ class Settings:
     pose: "np.ndarray | None" = setting(None, kind="list")
     end_pose: "np.ndarray | None" = setting(None, kind="list")
     kept: tuple | None = setting(None, kind="list", timed=True)
-    near: tuple = setting((), kind="list")
+    near: tuple = setting((), kind="list", restored=("take",))
     spread: float = setting(0.0)
     step: int = setting(1)
     latent: "np.ndarray | None" = setting(None, kind="points", parameter=False, column=True, cell=("own",), restored=("arms",))
@@ -304,17 +310,8 @@ def names_with(**about: object) -> tuple[str, ...]:
     return tuple(key for key, one in table(Settings).items() if all(fits(one, *pair) for pair in about.items()))
 
 
-def stated(settings: Settings) -> dict[str, Any]:
-    """Return the settings that a motion's provenance states, as JSON has them."""
-    values = {one: getattr(settings, name) for name, one in table(Settings).items()}
-    return {one.name: _as_json(one.kind, value) for one, value in values.items()
-            if one.meta == "always" or (one.meta == "set" and (value != one.default if one.default else value))}  # fmt: skip
-
-
-def _as_json(kind: str, value: Any) -> Any:
-    """Return the value of a setting of this kind as JSON has it."""
-    if kind in NUMBERS:
-        return float(value)
-    if kind == "affects":
-        return {name: float(share) for name, share in value.items()}
-    return [list(row) for row in value] if kind == "list" else value
+def checkpoint_of(options: Any) -> Any:
+    """Return the checkpoint that the options of a command, a row of a manifest or a panel's settings name, or parameters of the
+    worker (a mapping): a file or a name as for :func:`checkpoint_metadata.locate`, None or an empty text for the shipped one.
+    """
+    return options.get("checkpoint") if isinstance(options, Mapping) else options.checkpoint

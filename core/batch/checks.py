@@ -15,11 +15,11 @@ from ..errors import S2agError, UsageError
 from ..meaning import vocabulary
 from ..model.checkpoint_metadata import describe
 from ..motion import rhubarb
-from ..settings import CONTROLS, Settings, names_with
+from ..settings import CONTROLS, Settings, checkpoint_of, names_with
 from ..sound import audio
 from ..vectors import table
 from ..words import language, readers, recognise, transcript
-from .clip import CHARACTER_OUTPUTS, REQUESTED, SCENE_OUTPUTS, Clip, Unit, units
+from .clip import CHARACTER_OUTPUTS, REQUESTED, SCENE_OUTPUTS, SHARED, Clip, Unit, units
 from .manifest import Problem
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ def _read_words(path: str) -> None:
     readers.parse(transcript.read_text(path), Path(path))
 
 
-_SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 _AGREE = "Rows of one scene must agree on it."
 _FILES = (
     *((name, audio.check_readable) for name in ("audio", *names_with(kind="path", partner=True))),
@@ -74,14 +73,14 @@ def _problems_of(clip: Clip, messages: dict[tuple, str], describe_cached: Callab
     yield cached_error(vocabulary.load_vocabulary, clip.vocabulary)
     if clip.recognise:
         yield cached_error(recognise.find_model, clip.recogniser_model)
-    checkpoint_error = cached_error(describe_cached, clip.checkpoint)
-    yield checkpoint_error or _error_of(_check_request, clip, describe_cached(clip.checkpoint))
+    weights = checkpoint_of(clip)
+    yield cached_error(describe_cached, weights) or _error_of(_check_request, clip, describe_cached(weights))
     if clip.is_filmed:
         yield cached_error(characters.resolve, clip.character)
     if clip.rhubarb is not None and not clip.face:
         yield "Mouth cues move the mouth of a face, and the row has none; its column face is 1."
-    if clip.edits is not None and clip.takes != 1:
-        yield f"Edits are about one take, and {clip.takes} are asked for."
+    if clip.edits is not None and len(clip.numbers) > 1:
+        yield f"Edits are about one take, and {len(clip.numbers)} are asked for."
     if clip.fps is not None and not 1 <= clip.fps <= 240:
         yield f"{clip.fps:g} frames a second are out of range (1 to 240)."
     if not 0 <= clip.delay < 86400:
@@ -104,8 +103,7 @@ def _error_of(function: Callable, *arguments: object) -> str:
 def _check_request(clip: Clip, known: dict) -> None:
     """Raise :class:`UsageError` for values out of range, unknown styles and controls that the checkpoint lacks."""
     wanted = request(clip)
-    later = [style for _, style in wanted.changes if style]
-    for step in [*styles.split_sequence(clip.style or styles.default_speaker(known["speakers"])), *later]:
+    for step in wanted.walk(known["speakers"])[0]:
         styles.parse(step, [one["name"] for one in known["speakers"]])
     if wanted.steered & set(CONTROLS) and not known["controls"]:
         raise UsageError("This checkpoint has no controls.", "Leave affect, rate and hand at 0.")
@@ -138,9 +136,8 @@ def _names(clips: list[Clip]) -> Iterator[Problem]:
 def _names_of(unit: Unit) -> Iterator[tuple[int, str]]:
     """Yield the names of a unit, its clips and its takes, with their lines."""
     for clip in unit.clips:
-        takes = range(clip.takes if 1 <= clip.takes <= 64 else 0)
-        yield from ((clip.line, name) for name in (clip.name, *map(clip.take_name, takes)))
-        yield from ((clip.line, name) for name in (unit.name, *map(unit.take_name, takes)))
+        yield from ((clip.line, name) for name in (clip.name, *clip.take_names))
+        yield from ((clip.line, name) for name in (unit.name, *map(unit.take_name, clip.numbers)))
 
 
 def _scenes(clips: list[Clip]) -> Iterator[Problem]:
@@ -148,7 +145,7 @@ def _scenes(clips: list[Clip]) -> Iterator[Problem]:
     for unit in units(clips):
         first, *others = unit.clips
         for clip in others:
-            for name in _SHARED:
+            for name in SHARED:
                 if getattr(clip, name) != getattr(first, name):
                     yield Problem(clip.line, f"Scene {unit.name}: {name} differs from line {first.line}. {_AGREE}")
         files = {clip.character for clip in unit.clips if clip.character.lower().endswith(".blend")}

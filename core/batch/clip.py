@@ -23,6 +23,9 @@ REQUESTED = tuple(name for name, one in columns(Settings).items() if one.kind !=
 """Columns that are passed to a request unchanged."""
 MODELS = tuple(columns(Models))
 """Columns that are arguments of :class:`session.Session`."""
+SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
+"""Columns on which rows of one scene must agree."""
+MOST_TAKES = int(columns(Settings)["takes"].high or 1)
 
 if TYPE_CHECKING:
 
@@ -90,6 +93,11 @@ class Clip(_Row):
         """Whether any output needs Blender."""
         return bool(self.wanted((*CHARACTER_OUTPUTS, *SCENE_OUTPUTS)))
 
+    @property
+    def numbers(self) -> range:
+        """The numbers of all takes, from 0; none where the row asks for a number that is out of range."""
+        return range(self.takes if 1 <= self.takes <= MOST_TAKES else 0)
+
     def take_name(self, take: int) -> str:
         """Return ``NAME`` for a single take, else ``NAME-1``, ``NAME-2`` ..., padded with zeros so that names sort."""
         return take_name(self.name, take, self.takes)
@@ -97,7 +105,7 @@ class Clip(_Row):
     @property
     def take_names(self) -> list[str]:
         """The names of all takes."""
-        return [self.take_name(take) for take in range(self.takes)]
+        return [self.take_name(take) for take in self.numbers]
 
     @property
     def look(self) -> Preset | None:
@@ -125,9 +133,9 @@ class Unit:
     clips: tuple[Clip, ...]
 
     @property
-    def takes(self) -> int:
-        """Number of takes."""
-        return self.clips[0].takes
+    def numbers(self) -> range:
+        """The numbers of all takes, from 0."""
+        return self.clips[0].numbers
 
     @property
     def is_filmed(self) -> bool:
@@ -141,7 +149,7 @@ class Unit:
 
     def take_name(self, take: int) -> str:
         """Return what :meth:`Clip.take_name` returns, for the unit."""
-        return take_name(self.name, take, self.takes)
+        return take_name(self.name, take, len(self.numbers))
 
 
 def units(clips: list[Clip]) -> list[Unit]:

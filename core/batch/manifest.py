@@ -16,8 +16,8 @@ from ..declaration import Setting, columns
 from ..errors import ManifestUnusable, S2agError
 from ..files import open_file
 from ..sampling import sheet
-from ..settings import Documents, Models, Settings, names_with
-from ..words.transcript_search import find_transcript
+from ..settings import Documents, Models, Settings, checkpoint_of, names_with
+from ..words.transcript_search import words_beside
 from .clip import OUTPUTS, PRESETS, Clip, safe_name
 
 SUFFIXES = (".csv", ".jsonl", ".ndjson")
@@ -133,7 +133,7 @@ def _clip(line: int, row: dict, defaults: dict, folder: Path, number: str) -> Cl
     cell, fallback = values.pop("cell", None), dict(defaults)
     recognise = bool(fallback.pop("recognise", False))
     if cell:
-        _fill_from_cell(values, cell, values.get("checkpoint") or fallback.get("checkpoint"))
+        _fill_from_cell(values, cell, checkpoint_of(values) or checkpoint_of(fallback))
     values |= {name: value for name, value in fallback.items() if value is not None and name not in values}
     if "audio" not in values:
         raise ValueError("There is no audio.")
@@ -141,8 +141,7 @@ def _clip(line: int, row: dict, defaults: dict, folder: Path, number: str) -> Cl
     if len(sources) > 1:
         raise ValueError(f"The row has {sources[0]} and {sources[1]}; its words come from one of {', '.join(_WORDS)}.")
     if not sources:
-        file = find_transcript(values["audio"])
-        values |= {"transcript": str(file)} if file else {"recognise" if recognise else "no_transcript": True}
+        values |= words_beside(values["audio"]) or {"recognise" if recognise else "no_transcript": True}
     values.setdefault("name", safe_name(f"{number}_{Path(values['audio']).stem}"))
     return Clip(line=line, **values)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from ..declaration import columns
 from ..errors import S2agError
 from ..model.checkpoint_metadata import locate, metadata_path
-from ..settings import Documents, Settings, names_with
+from ..settings import Documents, Settings, checkpoint_of, names_with
 from .clip import CHARACTER_OUTPUTS, MODELS, MOTION_OUTPUTS, REQUESTED, SCENE_OUTPUTS, SEQUENCES, Clip, Unit, units
 from .folder import Folder, Record, content_hash, digest
 from .process_pool import PATIENCE, ProcessPool, Task
@@ -76,7 +76,7 @@ class Batch:
             return [self._synth(clip) for unit in chosen for clip in unit.clips]
         filmed = [unit for unit in chosen if (unit.is_filmed if stage == "render" else "mp4" in unit.scene_outputs)]
         make = self._render if stage == "render" else self._encode
-        return [make(unit, take) for unit in filmed for take in range(unit.takes)]
+        return [make(unit, take) for unit in filmed for take in unit.numbers]
 
     def _synth(self, clip: Clip) -> Step:
         """Return the step that synthesises a clip's motions."""
@@ -222,7 +222,7 @@ def _engine_facts(models: tuple[str | None, ...], has_words: bool, recognises: b
     from ..words import align, recognise
 
     named = dict(zip(MODELS, models, strict=True))
-    weights = locate(named["checkpoint"])
+    weights = locate(checkpoint_of(named))
     used = [
         VERSION,
         postprocess.VERSION,

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..files import atomic_file
 from ..motion import skeleton
+from ..settings import names_with
 from .clip import Clip, Unit
 from .folder import STAGES
 from .stages import Batch, Step
@@ -103,7 +104,6 @@ def _rows(clip: Clip, facts: dict) -> Iterator[dict[str, object]]:
             "words": f"words/{clip.name}.json",
             "split": {0: "validation", 1: "test"}.get(share, "train"),
             "seconds": round(facts["duration"], 4),
-            "style": clip.style,
-            "seed": clip.seed,
+            **{name: getattr(clip, name) for name in names_with(indexed=True)},
             "take": take,
         }

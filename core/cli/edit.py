@@ -41,36 +41,36 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """List the gestures, or edit the take or move it to another recording, and write it."""
+    from ..editing import edits
     from ..motion.motion import Motion
 
-    motion = Motion.load(options.take)
-    if options.outputs or options.edits is not None or options.recording is not None:
-        motion = _change(options, motion)
+    motion, changes = Motion.load(options.take), edits.of(options)
+    if options.outputs or changes is not None or options.recording is not None:
+        motion = _change(options, motion, changes)
     if options.json or not options.outputs:
         _list(motion, options.json)
     return 0
 
 
-def _change(options: argparse.Namespace, motion: "Motion") -> "Motion":
+def _change(options: argparse.Namespace, motion: "Motion", changes: list[dict] | None) -> "Motion":
     """Apply the edits, or retime the take to another recording of the same words; write the result, and return it."""
-    from ..editing import edits, retiming
+    from ..editing import retiming
     from ..editing.director import Director
 
     is_moved = options.recording is not None
-    if not is_moved and not (options.edits and options.audio and options.outputs):
+    if not is_moved and not (changes is not None and options.audio and options.outputs):
         raise UsageError("Edits, the recording and an output belong together.", "Give --edits, --audio and -o.")
-    if is_moved and (options.edits or options.audio or not options.outputs):
+    if is_moved and (changes is not None or options.audio or not options.outputs):
         raise UsageError("A take is carried to a recording or edited.", "Give --recording and -o; edit what comes of it.")
     inputs = [path for path in (options.take, options.recording, *synthesis_options.inputs(options)) if path]
     files = outputs.plan_files(options.outputs, SUFFIXES, None, inputs)[0]
-    changes = edits.load(options.edits) if options.edits else []
     session = synthesis_options.session(options)
     told = {name: getattr(options, name) for name in names_with(recording=True) if hasattr(options, name)}
     with Progress() as progress:
         if is_moved:
             motion, warnings = retiming.retime(session, motion, options.recording, progress, **told)
         else:
-            motion, warnings = Director(session).edit(motion, changes, options.audio, progress, **told)
+            motion, warnings = Director(session).edit(motion, changes or [], options.audio, progress, **told)
     for warning in warnings:
         note(warning)
     for path in files:

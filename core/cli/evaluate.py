@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from .. import characters
 from ..errors import AudioUnreadable, EngineMissing, UsageError
+from ..settings import checkpoint_of
 from ..threads import set_passive_waiting
 from . import blender, evaluate_affect, evaluate_listens, synthesis_options
 from .progress import Progress, note
@@ -85,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
     if options.hearing:
         return evaluate_affect.run(options)
     if options.listens:
-        return evaluate_listens.run(options, people, options.checkpoint)
+        return evaluate_listens.run(options, people, checkpoint_of(options))
     for name in ("data", "speech", "report"):
         if getattr(options, name) is None:
             raise UsageError(f"--{name} is required.", "Name the folder, or measure faces alone with --faces.")
@@ -99,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
     setting = report.Setting(
         options.data,
         options.speech,
-        options.checkpoint,
+        checkpoint_of(options),
         options.compare,
         options.material,
         people,
@@ -129,7 +130,7 @@ def _talk(options: argparse.Namespace) -> int:
     set_passive_waiting()
     setting = talk_trial.Setting(
         options.material,
-        options.checkpoint,
+        checkpoint_of(options),
         options.compare,
         options.data,
         options.people,

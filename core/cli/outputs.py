@@ -40,7 +40,7 @@ def plan_files(
     for path in outputs:
         if path.suffix.lower() not in suffixes:
             raise UsageError(f"{path} has no suffix that can be written here.", f"Use one of {', '.join(suffixes)}.")
-    takes = request.takes if request else 1
+    takes = len(request.identities) if request else 1
     files = [[numbered(path, take, takes) for path in outputs] for take in range(takes)]
     taken = {Path(path).resolve(): "is also an input" for path in inputs}
     for path in (path for take in files for path in take):

@@ -58,9 +58,9 @@ def run(options: argparse.Namespace) -> int:
 
     session, sheet = synthesis_options.session(options), None
     if options.audio:
-        request = synthesis_options.request(options, takes=1)
+        request = synthesis_options.request(options)
         with Progress() as progress:
-            sheet, motions, result = sheets.sample(session, request, every, options.takes, progress)
+            sheet, motions, result = sheets.sample(session, request, every, progress)
         for warning in result.warnings:
             note(warning)
         _show(options, sheet, motions, files)

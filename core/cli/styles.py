@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from ..settings import AFFECTS
+from ..settings import AFFECTS, checkpoint_of
 from . import synthesis_options
 
 SUMMARY = "list the styles and controls that a checkpoint knows"
@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> int:
     """Print names and descriptions."""
     from ..model.checkpoint_metadata import describe
 
-    description = describe(options.checkpoint)
+    description = describe(checkpoint_of(options))
     speakers, controls = description["speakers"], description["controls"]
     if options.json:
         print(json.dumps({"styles": speakers, "controls": controls}, indent=2))

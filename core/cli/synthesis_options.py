@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ..declaration import SAME, Setting
 from ..errors import UsageError
 from ..optional_packages import RECOGNISER_ADVICE, has_recogniser
-from ..settings import Documents, Models, Settings, names_with, table
+from ..settings import Documents, Models, Settings, checkpoint_of, names_with, table
 from ..settings import command_options as options_of
 from ..threads import set_passive_waiting
 from .package_parts import require_whole
@@ -19,8 +19,10 @@ if TYPE_CHECKING:
     from ..synthesis.session import Session
 
 
-def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = True) -> None:
-    """Add the recording and the options of a request; ``chosen`` adds the option that names a cell of a sample."""
+def add_options(parser: argparse.ArgumentParser, chosen: bool = True, **defaults: object) -> None:
+    """Add the recording and the options of a request, with these ``defaults`` instead of the usual ones; ``chosen`` adds the
+    option that names a cell of a sample.
+    """
     parser.add_argument("audio", metavar="AUDIO", type=Path, nargs="?", help="recording: any audio or video file")
     if chosen:
         what = "a cell of s2ag sample, SHEET.json:5: its recording, style, seed and settings"
@@ -30,7 +32,7 @@ def add_options(parser: argparse.ArgumentParser, takes: int = 1, chosen: bool = 
         if one.words or one.name == "edits":  # added separately
             continue
         if chosen or one.kind != "document":  # cells of a sample store numbers, no curves
-            add_setting(parser, one, {"takes": takes}.get(one.name, one.usually))
+            add_setting(parser, one, defaults.get(one.name, one.usually))
     add_models(parser)
 
 
@@ -94,7 +96,7 @@ def request(options: argparse.Namespace, **changes: Any) -> "Request":
         require_whole("--from is an option")
         from .cell_options import request_of_cell
 
-        return request_of_cell(options, options.checkpoint, lambda one: _value(options, one), _has_words(options))
+        return request_of_cell(options, checkpoint_of(options), lambda one: _value(options, one), _has_words(options))
     if options.audio is None:
         raise UsageError("No recording was given.", "Name an audio or video file.")
     values = {one.name: _value(options, one) for one in options_of(Settings) if one.kind != "document"}

@@ -21,7 +21,8 @@ from ..synthesis.session import Session
 from ..synthesis.session_cache import recording_key
 from ..synthesis.stages import Stages
 from . import edit_actions
-from .edits import check, load
+from .edits import check
+from .edits import of as edits_of
 from .provenance import request_from_meta
 from .regeneration import Regenerator
 from .targets import State
@@ -56,8 +57,8 @@ class Director:
         :meth:`Session.synthesize` raises, and :class:`UsageError` for other edits that cannot be applied, and if the request
         is for several takes.
         """
-        if request.takes != 1:
-            raise UsageError(f"{request.takes} takes cannot be directed at once.", "Ask for the one that the edits are about.")
+        if (count := len(request.identities)) != 1:
+            raise UsageError(f"{count} takes cannot be directed at once.", "Ask for the one that the edits are about.")
         edits, key = check(edits), _key(request)
         states = self._states.pop(key, [])
         stages = Stages(progress, cancelled)
@@ -122,11 +123,8 @@ def perform(
     """Synthesise a request and apply the ``documents`` to it, anything that names them as :class:`settings.Documents` does: the
     options of a command, a row of a manifest.
     """
-    edits, cues = (getattr(documents, name, None) for name in ("edits", "rhubarb"))
-    if edits is None:
-        result = session.synthesize(request, progress)
-    else:
-        result = Director(session).direct(request, load(edits), progress)
+    edits, cues = edits_of(documents), getattr(documents, "rhubarb", None)
+    result = session.synthesize(request, progress) if edits is None else Director(session).direct(request, edits, progress)
     return result if cues is None else replace(result, motions=rhubarb.with_cues(result.motions, cues))
 
 

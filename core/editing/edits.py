@@ -188,6 +188,14 @@ def load(path: str | PathLike) -> list[dict]:
     return check(content.get("edits", []))
 
 
+def of(documents: Any) -> list[dict] | None:
+    """Return the edits of the document that ``documents`` names, anything with the fields of :class:`settings.Documents`: the
+    options of a command, a row of a manifest; None where it names none.
+    """
+    path = getattr(documents, "edits", None)
+    return None if path is None else load(path)
+
+
 def save(edits: Iterable[Mapping], path: str | PathLike) -> None:
     """Write an edit document, completely or not at all."""
     lines = ",\n  ".join(json.dumps(edit) for edit in edits)

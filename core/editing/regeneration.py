@@ -39,12 +39,12 @@ class Regenerator:
         """Return a regenerator with further style changes, as (seconds, style), or itself if there are none."""
         if not changes:
             return self
-        return Regenerator(self.session, replace(self.request, changes=(*self.request.changes, *changes)), self.stages)
+        return Regenerator(self.session, self.request.turned(changes), self.stages)
 
     @property
     def style_times(self) -> list[float]:
         """Seconds at which the style changes."""
-        return [at for at, _ in self.request.changes]
+        return self.request.change_times
 
     def rest_pose(self, motion: Motion) -> np.ndarray:
         """Return the performer's rest pose in every frame of a motion ``(frames, 9, 3)``, breathing and swaying."""
@@ -119,7 +119,7 @@ class Regenerator:
         progress = self.stages.within("generate")
         drawn = generation.generate(checkpoint, drawn_from, [seeded], progress, self.stages.cancelled)
         if calm:  # nobody is there to be spared
-            request = replace(request, rate=0.0, curves={name: one for name, one in request.curves.items() if name != "rate"})
+            request = request.at_usual_rate()
         performers = replace(self.performers, request=request)
         return postprocess.express(checkpoint, heard, performers, drawn)[0]
 

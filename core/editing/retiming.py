@@ -13,13 +13,13 @@ from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.face import Face
 from ..motion.motion import Motion
+from ..provenance import restored
 from ..settings import names_with
 from ..synthesis import listener_response, postprocess
 from ..synthesis.features import SpeechFeatures
 from ..synthesis.request import Request
 from ..synthesis.session import Session
 from ..synthesis.stages import Stages
-from .provenance import restored_settings
 from .time_alignment import TimeMap, align_words
 
 _TIMES = ("at", "to", "from")
@@ -42,7 +42,7 @@ def retime(
     old = motion.meta
     if old.get("listen"):
         raise UsageError("The take listens, and follows no words of its own.", "Make a new one of the new recording.")
-    request = Request(audio, **restored_settings(old, "face"), **words)
+    request = Request(audio, **restored(old, "face"), **words)
     heard, _ = session.hear(request, Stages(progress, lambda: False))
     there = align_words(motion.words, heard.words)
     meta = {**shift_meta(old, there), "audio": heard.digest, "retimed": [*old.get("retimed", []), old.get("audio")]}

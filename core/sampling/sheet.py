@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,11 @@ class Cell:
     take: int
     latent: list[list[float]]
     chance: int = 0
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """Style, seed and number of the take."""
+        return {"style": self.style, "seed": self.seed, "take": self.take}
 
     @property
     def label(self) -> tuple[str, str]:
@@ -110,16 +115,15 @@ def sample(
     session: Any,
     request: Any,
     every_style: Sequence[str],
-    takes: int,
     progress: Callable[[str, float], None] = lambda stage, value: None,
 ) -> tuple["Sheet", list[Motion], Any]:
-    """Draw ``takes`` of each style in one batch: return the :class:`Sheet`, its motions, one a cell, and the first result.
+    """Draw the takes of a request in each style in one batch: return the :class:`Sheet`, its motions, one a cell, and the
+    first result.
 
-    ``request`` gives everything but style and takes. With one style the cells make a square, else a row for each style.
+    ``request`` gives everything but the style. With one style the cells make a square, else a row for each style.
     Raises what :meth:`Session.synthesize_all` raises.
     """
-    wanted = [replace(request, style=style, takes=takes) for style in every_style]
-    results = session.synthesize_all(wanted, progress)
+    results, takes = session.synthesize_all(request.in_styles(every_style), progress), len(request.identities)
     speakers = session.checkpoint.speakers
     columns = takes if len(every_style) > 1 else int(np.ceil(np.sqrt(takes)))
     cells, motions = [], []
@@ -153,7 +157,5 @@ def request_of_cell(reference: str, checkpoint: str | PathLike | None = None, au
     sheet, one = find_cell(reference)
     if describe(checkpoint)["hash"] not in ("", sheet.checkpoint):
         raise UsageError(f"{reference} was sampled with another checkpoint.", "Name that one with --checkpoint.")
-    own = {name: getattr(one, name) for name in ("style", "seed", "take", "latent", "chance")}
-    if audio not in ("", sheet.audio):
-        del own["chance"]
-    return {"audio": sheet.audio, **sheet.defaulted, **own}
+    chance = {"chance": one.chance} if audio in ("", sheet.audio) else {}
+    return {"audio": sheet.audio, **sheet.defaulted, **one.identity, "latent": one.latent, **chance}

@@ -42,7 +42,7 @@ def style_map(checkpoint: Any, sheet: Sheet | None = None) -> dict:
         ],
         "controls": [{"name": name, "way": way.tolist()} for name, way in zip(styles.CONTROLS, (ways @ axes.T), strict=False)],
         "cells": [
-            {"cell": number, "style": one.style, "seed": one.seed, "take": one.take, "at": place(one.latent).tolist()}
+            {"cell": number, **one.identity, "at": place(one.latent).tolist()}
             for number, one in enumerate(sheet.cells if sheet else (), 1)
         ],
     }

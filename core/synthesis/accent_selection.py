@@ -18,6 +18,8 @@ from . import constraints
 FACTS = ("rate", "size", "spread", "left", "right", "both", "ready", "end")
 """A taste: strokes a minute of speech, median of their sizes (m) and deviation of the logarithm, shares of the hands, seconds
 from a stroke's begin to its emphasis and from there to its end."""
+CONTROLS = ("rate", "hand", "arousal")
+"""Controls that the answers follow."""
 
 _SALT, _PAUSES = 0xACC, 0xACD
 _OF_LEVEL = prosody.FEATURE_NAMES.index("level")

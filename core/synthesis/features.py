@@ -159,13 +159,14 @@ def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 def _text(request: Request) -> str:
     """Return the transcript with names of speakers; raises :class:`UsageError` where there is none."""
-    if request.text is not None:
-        return request.text
-    if request.transcript is None:
+    file, text = request.words_from
+    if text is not None:
+        return text
+    if file is None:
         raise UsageError(
             "Turns need a transcript with names.", 'Write names in capitals before what is said, as in "ANNA: Hello."'
         )
-    return transcript.read_text(request.transcript)
+    return transcript.read_text(file)
 
 
 def _separate(sound: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -76,7 +76,7 @@ def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequ
     frames, request = heard.frames, performers.request
     if not checkpoint.meanings:
         return None
-    controls = {name: curves.sample(request, name, frames) for name in ("rate", "hand", "arousal")}
+    controls = {name: curves.sample(request, name, frames) for name in accent_selection.CONTROLS}
     if follows := curves.following(request, heard.affect, frames):
         controls = {name: np.clip(value + follows.get(name, 0), -1, 1) for name, value in controls.items()}
     written = stroke_conditions.stroke_channels(heard.wishes, heard.words, checkpoint.meanings, frames, controls["hand"])

@@ -13,7 +13,8 @@ from ..motion.face import RATE, Face
 from ..motion.hands import Hands
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
-from ..settings import names_with, stated
+from ..provenance import stated
+from ..settings import names_with
 from ..sound import affect
 from ..threads import parallel_map
 from ..words import hints
@@ -38,7 +39,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
     """
     request, meta = performers.request, _meta(checkpoint, performers.request, heard, performers)
     pose, size = performers.rest(heard.frames), curves.sample(request, "intensity", heard.frames)
-    still = rest.RestBlend.of(heard.activity, request.pose is None)
+    still = rest.RestBlend.of(heard.activity, request.starts_at_rest)
     kept = kept_frames(request, heard.frames)
     # Only networks that were trained with meanings get gestures of the vocabulary.
     vocabulary = heard.shows if checkpoint.meanings else None

@@ -1,5 +1,6 @@
 """What is asked of a performance, checked, and what comes of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
@@ -50,10 +51,39 @@ class Request(Settings):
         settled |= {"curves": {name: points for name, points in curves.items() if name not in constants}, "changes": changes}
         for name, value in (settled | {"affect": {**self.affect, **affects}}).items():
             object.__setattr__(self, name, value)
-        if changes and len(styles.split_sequence(self.style)) > 1:
+        if changes and self.sequence:
             raise UsageError("A style that walks cannot change at moments, too.", "Leave out the walk or the changes.")
         if self.latent is not None and curves_module.has_control_curves(self):
             raise UsageError("A chosen cell has its own controls.", "Leave out their curves.")
+
+    def walk(self, speakers: list[dict], hinted: Sequence[tuple] = ()) -> tuple[list[str | dict], list[float]]:
+        """Return the styles, one after the other, and the seconds at which the later ones begin, none for a sequence.
+
+        ``speakers`` are those of the checkpoint, one of whom is the default; styles that words ask for, ``hinted``
+        ``(seconds, style)``, are left out of a sequence.
+        """
+        usual = self.style or styles.default_speaker(speakers)
+        steps = styles.split_sequence(usual)
+        turns = sorted([*(hinted if len(steps) == 1 else ()), *self.changes], key=lambda one: one[0])
+        return [usual, *(style or usual for _, style in turns)] if turns else steps, [at for at, _ in turns]
+
+    @property
+    def sequence(self) -> str | dict:
+        """The style if it is a sequence of several, else an empty text."""
+        return self.style if len(styles.split_sequence(self.style)) > 1 else ""
+
+    def in_styles(self, every: Sequence[str | dict]) -> "list[Request]":
+        """Return the same request in each of these styles."""
+        return [replace(self, style=style) for style in every]
+
+    def turned(self, changes: Sequence[tuple[float, str]]) -> "Request":
+        """Return the request with further style changes, as (seconds, style)."""
+        return replace(self, changes=(*self.changes, *changes))
+
+    @property
+    def change_times(self) -> list[float]:
+        """Seconds at which the style changes."""
+        return [at for at, _ in self.changes]
 
     @property
     def identities(self) -> list[tuple]:
@@ -64,6 +94,24 @@ class Request(Settings):
     def keyed_seed(self) -> int:
         """The seed of a performance's random numbers: ``seed``, with the recording's ``chance`` above its 32 bits."""
         return self.seed + ((self.chance or 0) << 32)
+
+    def style_seed(self, is_random: bool) -> int:
+        """Return the seed of a style's variation; a random performer is the same for all recordings."""
+        return self.seed if is_random else self.keyed_seed
+
+    @property
+    def words_from(self) -> tuple[str | PathLike | None, str | None]:
+        """The file of the transcript and the text, of which at most one is given."""
+        return self.transcript, self.text
+
+    @property
+    def starts_at_rest(self) -> bool:
+        """Whether no first frame is given."""
+        return self.pose is None
+
+    def first_pose(self, rest: np.ndarray) -> np.ndarray:
+        """Return the first frame ``(9, 3)`` before the motion is mirrored: the one that is given, or else ``rest``."""
+        return rest if self.pose is None else self.as_performed(np.asarray(self.pose, float))
 
     @property
     def controls(self) -> np.ndarray:
@@ -82,6 +130,10 @@ class Request(Settings):
     def of_arms(self) -> "Request":
         """The same request without the parts of the motion that do not depend on arms, trunk and hands."""
         return replace(self, **{name: table(Settings)[name].default for name in names_with(beside_arms=True)})
+
+    def at_usual_rate(self) -> "Request":
+        """The same request with as many gestures as the performer makes."""
+        return replace(self, rate=0.0, curves={name: points for name, points in self.curves.items() if name != "rate"})
 
 
 @dataclass(frozen=True)

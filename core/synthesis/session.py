@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from .. import styles
 from ..errors import UsageError
 from ..meaning import vocabulary as meanings
 from ..motion.motion import Motion
@@ -87,7 +86,7 @@ class Session:
     def words(self, sound: np.ndarray, request: Request, progress: Callable | None = None) -> transcript.TimedTranscript:
         """Return what is said in a recording ``(n,)`` at 16 kHz (:func:`transcript.timed_transcript`)."""
         options = replace(self._word_options, recognise=request.recognise)
-        return transcript.timed_transcript(sound, request.transcript, request.text, progress, options)
+        return transcript.timed_transcript(sound, *request.words_from, progress, options)
 
     def remember(self) -> None:
         """Keep the last recording and the last performance from now on."""
@@ -188,8 +187,8 @@ def _other_weights(checkpoint: Any, request: Request) -> list[str]:
 
 def _skipped_hints(heard: SpeechFeatures, performers: StyleSequence) -> list[str]:
     """Return a warning where words begin styles, but the style of the request is a walk."""
-    style, hinted = performers.request.style, dict.fromkeys(style or "usual" for _, style in heard.wishes.styles)
-    if not hinted or len(styles.split_sequence(style)) < 2:
+    style, hinted = performers.request.sequence, dict.fromkeys(style or "usual" for _, style in heard.wishes.styles)
+    if not hinted or not style:
         return []
     hints = ", ".join(f"{{as {name}}}" for name in hinted)
     return [f"The style {style} changes on the way by itself: {hints} of the transcript is left out."]

@@ -118,10 +118,7 @@ def from_request(
     _check_controls(checkpoint, request)
     speakers = checkpoint.speakers
     names = [speaker["name"] for speaker in speakers]
-    usual = request.style or styles.default_speaker(speakers)
-    hinted = () if len(styles.split_sequence(usual)) > 1 else hinted
-    turns = sorted([*hinted, *request.changes], key=lambda one: one[0])
-    walk = [usual, *(style or usual for _, style in turns)] if turns else styles.split_sequence(usual)
+    walk, turns = request.walk(speakers, hinted)
     weights = [styles.parse(step, names) for step in walk]
     rests = np.stack([_rest_pose(speakers, step) for step in weights])
     if request.latent is not None:
@@ -130,14 +127,12 @@ def from_request(
         latents = np.concatenate([latents, *later], axis=1)
     else:
         latents = np.stack([draw_latents(checkpoint, request, step) for step in weights], axis=1)
-    start = rests[0] if request.pose is None else np.asarray(request.pose, float)
-    start = start if request.pose is None else request.as_performed(start)
-    shape = request.takes, checkpoint.window[1], 9, 3
-    seeds = np.broadcast_to(skeleton.normalize(start), shape).astype(np.float32)
+    shape = len(latents), checkpoint.window[1], 9, 3
+    seeds = np.broadcast_to(skeleton.normalize(request.first_pose(rests[0])), shape).astype(np.float32)
     named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
     chances = np.array([_fact(speakers, step, "chance", 1.0) for step in weights])
     ready = _fact(speakers, weights[0], "semantic", _READY)
-    begins = np.array([at * skeleton.FPS for at, _ in turns]) if turns else None
+    begins = np.array([at * skeleton.FPS for at in turns]) if turns else None
     steer, tastes = _steering(checkpoint, request, heard), _tastes(speakers, weights)
     return StyleSequence(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes)
 
@@ -145,8 +140,7 @@ def from_request(
 def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | None) -> np.ndarray:
     """Draw a style for each take ``(takes, size)``, steered by the controls; these vary a little after the first take."""
     mean, deviation = checkpoint.network.speakers
-    seed = request.seed if weights is None else request.keyed_seed  # a random performer is the same for all recordings
-    drawn = styles.sample_styles(weights, mean, deviation, seed, request.identities)
+    drawn = styles.sample_styles(weights, mean, deviation, request.style_seed(weights is None), request.identities)
     if not checkpoint.config.controls or curves.has_control_curves(request):
         return drawn
     return checkpoint.network.steer(drawn, styles.vary_controls(request.controls, request.keyed_seed, request.identities))

@@ -19,3 +19,9 @@ def find_transcript(recording: str | PathLike, there: Callable[[Path], bool] = P
         return next((path for path in candidates if path != recording and there(path)), None)
     except (OSError, ValueError):
         return None  # an invalid file name: reading the recording will report it
+
+
+def words_beside(recording: str | PathLike, there: Callable[[Path], bool] = Path.is_file) -> dict[str, str]:
+    """Return the setting that names the transcript found by :func:`find_transcript`, {} where there is none."""
+    path = find_transcript(recording, there)
+    return {"transcript": str(path)} if path else {}

@@ -119,7 +119,9 @@ def try_gesture() -> tuple[float, str]:
 def _clip(folder: Path) -> dict[str, Any]:
     """Return the clip as arguments of a request; a tone is written to ``folder``."""
     if has_av():
-        return {"audio": _CLIP, "transcript": _CLIP.with_suffix(".txt")}
+        from ..words.transcript_search import words_beside
+
+        return {"audio": _CLIP, **words_beside(_CLIP)}
     import numpy as np
 
     with wave.open(str(folder / "tone.wav"), "wb") as file:

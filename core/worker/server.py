@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from ..declaration import KINDS
 from ..errors import Cancelled, EngineMissing, OutputUnwritable, S2agError, UsageError
 from ..files import check_output, scratch_folder
-from ..settings import Models, Settings, names_with, table
+from ..settings import Models, Settings, checkpoint_of, names_with, table
 from ..threads import set_passive_waiting
 from ..version import VERSION
 from . import protocol
@@ -153,7 +153,7 @@ class Worker:
 
         result: dict[str, Any] = {"version": VERSION, "protocol": protocol.VERSION, "python": platform.python_version()}
         try:
-            result["checkpoint"] = checkpoint_metadata.describe(params.get("checkpoint"))
+            result["checkpoint"] = checkpoint_metadata.describe(checkpoint_of(params))
         except S2agError as error:
             result["checkpoint"] = None
             result["warning"] = str(error)
@@ -167,7 +167,7 @@ class Worker:
         """Return the styles and controls of a checkpoint."""
         from ..model import checkpoint_metadata
 
-        description = checkpoint_metadata.describe(params.get("checkpoint"))
+        description = checkpoint_metadata.describe(checkpoint_of(params))
         return {"styles": description["speakers"], "controls": description["controls"]}
 
     def _synthesize(self, request: int | str, params: dict) -> dict:
@@ -176,11 +176,11 @@ class Worker:
 
         options = _check_params(params)
         first = Request(**options)
-        every = [Request(**{**options, "style": style}) for style in _styles(params)] or [first]
+        every = first.in_styles(_styles(params)) or [first]
         folder = Path(params.get("output_dir") or self._own_folder())
         self._served += 1
         stem = Path(first.audio).stem[:60] if params.get("output_dir") else str(self._served)
-        paths = [check_output(folder / f"{stem}-{take + 1}.npz") for take in range(first.takes * len(every))]
+        paths = [check_output(folder / f"{stem}-{take + 1}.npz") for take in range(len(first.identities) * len(every))]
         last = ("", -1.0)
 
         def progress(stage: str, value: float) -> None:

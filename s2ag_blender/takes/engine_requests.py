@@ -46,12 +46,13 @@ def request(settings: Any, audio: str = "") -> dict:
     audio = audio or bpy.path.abspath(settings.audio)
     if not audio:
         raise UsageError("No recording is chosen.", "Choose one in the panel.")
-    params: dict[str, Any] = {"audio": audio, "style": menu_items.style_expression(settings)}
+    params: dict[str, Any] = {"audio": audio}
     for name, setting in table(Settings).items():
         if setting.parts:
             params[name] = {part: _value(settings, about) for part, about in table(setting.parts).items()}
-        elif setting.label and _is_sent(settings, setting):
+        elif setting.label and not setting.words and _is_sent(settings, setting):
             params[name] = _value(settings, setting)
+    params |= menu_items.style_parameter(settings)
     params |= sources.words_parameters(settings, "" if settings.audio_source == "MIXDOWN" else audio)
     models = {one.name: _value(settings, one) for one in sliders(Models)}
     if not set(names_with(alternatives="words")) & set(params):

@@ -61,6 +61,7 @@ def plan(
     pins: list | None = None,
     like: bpy.types.Action | None = None,
     span: tuple[int, int] | None = None,
+    count: int | None = None,
     **changes: Any,
 ) -> Plan:
     """Read a character's settings and pose; ``changes`` are passed to the engine (``styles``, ``near`` and so on).
@@ -69,7 +70,7 @@ def plan(
     ``keyed_pose`` is the pose ``{bone: (4,)}`` that it started from, and ``around`` are the poses before and after it
     (:func:`context_poses.poses_around`). With ``former`` the result becomes the next version of the take that plays this
     action, and keeps its constraints ``pins``. If the take of ``like`` followed its sound, the result has its timing, or the
-    frames ``span``.
+    frames ``span``. The engine is asked for ``count`` takes, by default one if it is told which, else as many as are set.
 
     Raises :class:`S2agError` for everything that the user must fix first.
     """
@@ -83,8 +84,8 @@ def plan(
     if not kept and not keyed_pose:
         keyed_pose, changes = _pose_of_draft(armature, settings, changes)
     felt, unknown = _curve_params(armature, scene, voice.span, kept)
-    single = {"takes": 1} if draft or "styles" in changes else {}
-    params = {**engine_requests.request(settings, voice.path), **felt, **single, **changes}
+    count = 1 if count is None and (draft or kept or "styles" in changes) else count
+    params = {**engine_requests.request(settings, voice.path), **felt, **({"takes": count} if count else {}), **changes}
     params = {name: value for name, value in params.items() if value is not None}
     warnings = _drop_unknown_controls(params, settings) + unknown
     mapping = chosen_bones.mapping_of_settings(settings)
@@ -125,6 +126,7 @@ def plan(
         span is not None,
         started=params.get("pose"),
         around=around,
+        count=len(params.get("styles") or "1") * params["takes"],
     )
 
 

@@ -12,6 +12,7 @@ from ...core.editing import gestures
 from ...core.errors import CheckpointUnreadable
 from ...core.meaning import vocabulary
 from ...core.model import checkpoint_metadata
+from ...core.settings import checkpoint_of
 from ...core.styles import RANDOM, split_sequence
 from .. import compat
 from ..datablocks import Context
@@ -37,7 +38,7 @@ def speakers_and_controls(settings: Any = None) -> dict[str, Any]:
     """Return the speakers and controls of a character's checkpoint (the shipped one's without ``settings``); empty where it
     cannot be read.
     """
-    checkpoint = settings.checkpoint if settings is not None else ""
+    checkpoint = checkpoint_of(settings) if settings is not None else ""
     path = checkpoint_metadata.locate(bpy.path.abspath(checkpoint))
     facts = checkpoint_metadata.metadata_path(path)
     return _read_checkpoint(path, facts.stat().st_mtime_ns if facts.is_file() else 0)
@@ -58,6 +59,11 @@ def style_description(settings: Any) -> str:
     return next(
         (one["description"] for one in speakers_and_controls(settings)["speakers"] if one["name"] == name), ""
     )
+
+
+def style_parameter(settings: Any) -> dict[str, str]:
+    """Return the engine's parameter of the style."""
+    return {"style": style_expression(settings)}
 
 
 def style_expression(settings: Any) -> str:

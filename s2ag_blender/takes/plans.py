@@ -60,6 +60,8 @@ class Plan:
     """Edge directions ``(9, 3)`` of the pose that the take starts from; None for rest."""
     around: list | None = None
     """Poses before and after the take, which it keeps (:func:`context_poses.poses_around`)."""
+    count: int = 1
+    """How many motions the engine is asked for."""
     carried: Handle | None = None
     """The action of a directed take, whose decisions a new take keeps."""
 

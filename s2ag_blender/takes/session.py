@@ -20,7 +20,7 @@ class Run:
         self.planned = planned
         self.stage, self.value = "", 0.0
         self.cancelled = False
-        self.count = len(planned.params.get("styles") or "1") * planned.params.get("takes", 1)
+        self.count = planned.count
         self._job = engine_requests.start(context, planned.params)
         self._laying: Generator[float, None, generate.Outcome] | None = None
         RUNS[armature.session_uid] = self

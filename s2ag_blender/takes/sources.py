@@ -1,6 +1,7 @@
 """Finds the recording and transcript of a character, and the frames of the recording."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -176,7 +177,7 @@ def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
     return str(path)
 
 
-def words_parameters(settings: Any, audio: str) -> dict[str, str | bool]:
+def words_parameters(settings: Any, audio: str) -> Mapping[str, str | bool]:
     """Return the engine's parameters for the words: ``transcript``, ``text`` or ``recognise``, or {}.
 
     Raises :class:`UsageError` if a text block is to be used and none is chosen.
@@ -184,8 +185,8 @@ def words_parameters(settings: Any, audio: str) -> dict[str, str | bool]:
     if settings.transcript_source == "RECOGNISE":
         return {"recognise": True}
     if settings.transcript_source == "FILE":
-        named = bpy.path.abspath(settings.transcript) if settings.transcript else transcript_beside(audio)
-        return {"transcript": named} if named else {}
+        named = bpy.path.abspath(settings.transcript)
+        return {"transcript": named} if named else words_beside(audio)
     if settings.transcript_source == "BLOCK":
         if settings.transcript_block is None:
             raise UsageError("No text block is chosen.", "Choose one, or take the words from elsewhere.")
@@ -195,14 +196,13 @@ def words_parameters(settings: Any, audio: str) -> dict[str, str | bool]:
     return {"text": text} if text.strip() else {}
 
 
-def words_again(params: dict[str, Any], audio: str, spoken: str) -> dict[str, str | bool]:
+def words_again(params: dict[str, Any], audio: str, spoken: str) -> Mapping[str, str | bool]:
     """Return the engine's parameters for the words of another recording of what a take with ``params`` says: recognised again,
     or from the file beside the recording, or the words ``spoken`` as they are.
     """
     if "recognise" in params:
         return {"recognise": True}
-    beside = transcript_beside(audio)
-    return {"transcript": beside} if beside else {"text": spoken}
+    return words_beside(audio) or {"text": spoken}
 
 
 def set_recording(armature: ArmatureObject, recording: str) -> str:
@@ -214,10 +214,14 @@ def set_recording(armature: ArmatureObject, recording: str) -> str:
     return settings.transcript
 
 
+def words_beside(audio: str) -> dict[str, str]:
+    """Return the engine's parameter for the transcript next to a recording, {} if there is none. Fast enough for drawing."""
+    return transcripts.words_beside(bpy.path.abspath(audio), lambda path: _exists(str(path))) if audio else {}
+
+
 def transcript_beside(audio: str) -> str:
-    """Return the path of the transcript next to a recording, or "". Fast enough for drawing."""
-    path = transcripts.find_transcript(bpy.path.abspath(audio), lambda path: _exists(str(path))) if audio else None
-    return str(path or "")
+    """Return the path of the transcript next to a recording, or ""."""
+    return "".join(words_beside(audio).values())
 
 
 def _exists(path: str) -> bool:

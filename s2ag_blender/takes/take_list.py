@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ...core.provenance import restored
 from .. import provenance
 from ..datablocks import ArmatureObject
 from ..keys import layers
@@ -140,8 +141,7 @@ def remake_arguments(action: bpy.types.Action, **changes: Any) -> dict[str, Any]
     meta = provenance.require(action)
     same = {"kept": meta["settings"], "keyed_pose": meta.get("keyed_pose"), "pose": meta.get("pose")}
     same |= {"around": meta.get("around"), "like": action}
-    identity = {"style": meta["style"], "take": meta.get("take", 0), "near": meta.get("near") or [], "takes": 1}
-    return {**same, **identity, "seed": meta["seed"], "chance": meta.get("chance", 0), **changes}
+    return {**same, **restored(meta, "take"), **changes}
 
 
 def recall_settings(armature: ArmatureObject, action: bpy.types.Action) -> str:
@@ -171,4 +171,4 @@ def variation_arguments(armature: ArmatureObject, action: bpy.types.Action, spre
     metas = [provenance.read(take.action) or {} for take in armature.s2ag.takes if take.action is not None]
     steps = [one["near"] for one in metas if one.get("near") and (one["take"], one["near"][:-1]) == here]
     step = 1 + max((near[-1][0] for near in steps), default=0)
-    return remake_arguments(action, spread=round(spread, 4), takes=count, step=step, made_by=meta.get("checkpoint", ""))
+    return remake_arguments(action, spread=round(spread, 4), count=count, step=step, made_by=meta.get("checkpoint", ""))

@@ -14,6 +14,7 @@ from ..translations import translate
 from . import presets
 from .bases import Icon, LayoutMixin
 from .operators import why_disabled
+from .setting_properties import draw_group
 
 _FIELD_PIXELS = 100
 """Pixels of a path that its field shows."""
@@ -155,7 +156,7 @@ def draw_style(layout: bpy.types.UILayout, settings: Any) -> None:
     column = layout.column(align=True)
     column.prop(settings, "style_pick")
     if menu_items.is_written(settings):
-        column.prop(settings, "style", text="Mixture")
+        draw_group(column, settings, "performer")
     elif description := menu_items.style_description(settings):
         draw_sentence(column, translate(description), "BLANK1")
 

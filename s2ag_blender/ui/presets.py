@@ -16,10 +16,9 @@ FOLDER = "s2ag/character"
 """Folder below ``presets`` in every place where Blender looks for presets."""
 SETTINGS = "settings = bpy.context.window_manager.s2ag.settings"
 VALUES = (
-    "style",
+    *setting_properties.PRESETS,
     "style_second",
     "style_mix",
-    *setting_properties.PRESETS,
     "speed",
     "smoothing",
     "torso_strength",

@@ -167,27 +167,11 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         ],
         override=EDITABLE,
     )
-    transcript: bpy.props.StringProperty(
-        name="Transcript",
-        description="Words of the recording: a text, subtitles, a TextGrid, or a .json of [word, start, end]; "
-        "if empty, the transcript of the same name beside the recording",
-        subtype="FILE_PATH",
-        options=compat.RELATIVE,
-        override=EDITABLE,
-    )
     transcript_block: bpy.props.PointerProperty(
         type=bpy.types.Text, name="Text Block", description="Text with the words of the recording", override=EDITABLE
     )
     typed: bpy.props.StringProperty(name="Words", description="What is said in the recording", override=EDITABLE)
 
-    style: bpy.props.StringProperty(
-        name="Style",
-        description="A speaker, a blend such as calm lecturer:0.6+stern:0.4, or random",
-        search=menu_items.search_styles,
-        search_options={"SUGGESTION"},
-        override=EDITABLE,
-        update=update_preview,
-    )
     style_pick: bpy.props.EnumProperty(
         name="Style",
         description="Whose manner of gesturing to take on",

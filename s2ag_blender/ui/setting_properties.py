@@ -7,6 +7,7 @@ import bpy
 from ...core.declaration import Setting
 from ...core.settings import SWITCHES, Models, Settings, sliders
 from .. import compat
+from ..takes import menu_items
 from .curve_properties import EDITABLE, update_preview
 
 SETTINGS = {one.identifier: one for one in sliders(Settings) + sliders(Models)}
@@ -29,6 +30,9 @@ def _property(one: Setting) -> Any:
         return bpy.props.BoolProperty(default=one.usually, **about)
     if one.kind == "path":
         return bpy.props.StringProperty(subtype="FILE_PATH", options=compat.RELATIVE, **about)
+    if one.kind == "style":
+        search: Any = menu_items.search_styles
+        return bpy.props.StringProperty(search=search, search_options={"SUGGESTION"}, **about)
     if one.kind == "text":
         return bpy.props.StringProperty(maxlen=one.longest, **about)
     high = one.high if one.panel_high is None else one.panel_high

@@ -26,8 +26,8 @@ def session(random_checkpoint):
 @pytest.fixture
 def sampled(session, examples):
     """Two rows of three takes: a style and a walk."""
-    request = Request(examples / "hello.flac", seed=4, mirror=True, intensity=0.8)
-    return sheets.sample(session, request, ["calm one", "calm one > lively one"], 3)
+    request = Request(examples / "hello.flac", seed=4, takes=3, mirror=True, intensity=0.8)
+    return sheets.sample(session, request, ["calm one", "calm one > lively one"])
 
 
 def test_rows_are_styles_and_columns_takes(sampled):
@@ -38,7 +38,7 @@ def test_rows_are_styles_and_columns_takes(sampled):
 
 
 def test_one_style_makes_a_square(session, examples):
-    sheet, _, _ = sheets.sample(session, Request(examples / "hello.flac"), [""], 7)
+    sheet, _, _ = sheets.sample(session, Request(examples / "hello.flac", takes=7), [""])
     assert [(one.row, one.column) for one in sheet.cells][3] == (1, 0) and sheet.columns == 3
     assert sheet.cells[0].style == "calm one"  # the default is named
 
@@ -60,7 +60,7 @@ def test_a_chosen_cell_says_what_its_sample_said(session, examples, tmp_path, ra
     from s2ag.core.cli import synthesis_options
     from s2ag.core.cli.parser import parser
 
-    sheet, _, _ = sheets.sample(session, Request(examples / "hello.flac", text="hello"), [""], 1)
+    sheet, _, _ = sheets.sample(session, Request(examples / "hello.flac", text="hello"), [""])
     sheet.save(tmp_path / "sheet.json")
     arguments = ["--from", f"{tmp_path / 'sheet.json'}:1", "--checkpoint", str(random_checkpoint), "-o", "a.npz"]
     for more, text in (([], "hello"), (["--text", "good day"], "good day"), (["--no-transcript"], None)):

@@ -154,7 +154,7 @@ def test_a_random_performer_is_the_same_for_all_recordings_and_variations_are_no
 
 
 def test_cells_of_sheets_keep_it_at_their_own_recording(session, recordings, tmp_path):
-    made, motions, _ = sheet.sample(session, Request(recordings[0], seed=4), ["warm host"], 2)
+    made, motions, _ = sheet.sample(session, Request(recordings[0], seed=4, takes=2), ["warm host"])
     made.save(tmp_path / "sheet.json")
     values = sheet.request_of_cell(f"{tmp_path / 'sheet.json'}:2")
     assert values["chance"] == motions[1].meta["chance"]

@@ -197,8 +197,8 @@ def test_controls_steer(session, voice, plain, control):
 
 @pytest.mark.parametrize("number", [2, 5])
 def test_a_cell_of_a_sheet_is_made_again_exactly(session, voice, tmp_path, flow_checkpoint, number):
-    request = Request(voice, seed=4, intensity=0.8, hand=-1.0)
-    sheet, motions, _ = sheets.sample(session, request, ["calm one", "calm one > lively one"], 3)
+    request = Request(voice, seed=4, takes=3, intensity=0.8, hand=-1.0)
+    sheet, motions, _ = sheets.sample(session, request, ["calm one", "calm one > lively one"])
     sheet.save(tmp_path / "sheet.json")
     wanted = Request(**sheets.request_of_cell(f"{tmp_path / 'sheet.json'}:{number}", flow_checkpoint))
     again = session.synthesize(wanted).motions[0]
