@@ -18,6 +18,7 @@ attributes and keywords count. Who reads a setting without naming it (``request.
 """
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -94,11 +95,15 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
 """Setting -> files in which the word, or folders in which the same string, is something else."""
 
 
+@cache
 def _trees():
+    """Every file in question with its syntax tree."""
+    trees = []
     for path in sorted(path for package in ("core", "rigs", "s2ag_blender") for path in (ROOT / package).rglob("*.py")):
         place = path.relative_to(ROOT).as_posix()
         if not place.startswith(("core/learning", "core/study")):
-            yield place, ast.parse(path.read_text("utf-8"))
+            trees.append((place, ast.parse(path.read_text("utf-8"))))
+    return trees
 
 
 def _last(node):
