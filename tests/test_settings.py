@@ -44,6 +44,7 @@ _STATED = ("core/synthesis/postprocess.py",)  # keys of provenance
 ELSEWHERE: dict[str, tuple[str, ...]] = {
     "hand": (  # of a gesture or an edit; a bone or its part of a rig
         *("core/editing/", "core/motion/stroke_requests.py", "rigs/", "s2ag_blender/characters/", "s2ag_blender/rig/"),
+        "s2ag_blender/render/sheet.py",
         *("s2ag_blender/takes/constraints.py", "s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py", *_DECISIONS),
     ),
     "hands": ("s2ag_blender/keys/", "s2ag_blender/rig/"),  # which bones are keyed
