@@ -128,7 +128,7 @@ class S2AG_PT_face(_SubPanel, bpy.types.Panel):
         row.operator("s2ag.save_face_map", text="Save", icon="FILE_TICK")
         if facemaps.read_face_map(armature) is not None:
             row.operator("s2ag.reset_face_map", text="", icon="LOOP_BACK")
-        face = face_lookup.find(armature, look=bpy.app.background)
+        face = face_lookup.find(armature, look=False)
         if face is None:
             draw_sentence(layout, translate("No shape keys that speak were found"), "INFO")
             return

@@ -18,7 +18,7 @@ from acted import drawn  # noqa: E402
 from s2ag.s2ag_blender.rig import readiness  # noqa: E402
 from s2ag.s2ag_blender.takes import take_list  # noqa: E402
 
-DRAW, REGISTER = 0.001, 0.150
+DRAW, REGISTER = 0.002, 0.150
 """Seconds that all panels, and registering, may cost; of the processor's time, so that a busy machine does not count."""
 
 
