@@ -8,7 +8,7 @@ import numpy as np
 from ..errors import UsageError
 from ..meaning import gesture_blending
 from ..meaning.gesture import Gesture as VocabularyGesture
-from ..meaning.gesture_selection import HOLD, STROKE, ScheduledGesture, emphasis_time
+from ..meaning.gesture_selection import HOLD, ScheduledGesture, emphasis_time
 from ..meaning.vocabulary import Vocabulary
 from ..motion import limits, skeleton
 from ..motion.motion import Motion
@@ -72,7 +72,8 @@ def place_gesture(
     vocabulary, frames = filler.session.vocabulary.gestures, len(state.motion.directions)
     if kind not in vocabulary:
         raise UsageError(f"there is no kind {kind!r}.", f"Kinds are {', '.join(gesture_kinds(filler.session.vocabulary))}.")
-    first, last = int((at - STROKE) * skeleton.FPS), int(np.ceil((at + HOLD) * skeleton.FPS))
+    seconds = vocabulary[kind].seconds
+    first, last = int((at - seconds) * skeleton.FPS), int(np.ceil((at + HOLD) * skeleton.FPS))
     if first < 0 or last >= frames:
         raise UsageError(f"there is no room at {at:.2f} s.", f"Give a time within 0 to {state.motion.duration:.1f} s.")
     place = frame_ranges.range_around(others, first, last, frames)
@@ -139,8 +140,8 @@ class _Overlay:
         """Return the motion with the gesture, scaled by ``share``, its stroke ending at ``lands`` seconds."""
         start, stop = (frame / skeleton.FPS for frame in self.place)
         until = max(min(lands + HOLD, stop - _MIN_RELEASE), lands + 0.05)
-        ready = max(lands - STROKE, start + 0.2)
-        side = {"left": -1.0, "right": 1.0}.get(self.hand or "", 0.0)
+        ready = max(lands - self.gesture.seconds, start + 0.2)
+        side = {"left": -1.0, "right": 1.0}.get(self.hand or "", self.gesture.side)
         shown = ScheduledGesture(self.gesture, start, ready, lands, until, stop, side, share)
         which = [(True, True)] if self.hand == "both" else gesture_blending.arms_of_gestures(calm.directions, [shown])
         here = slice(*self.place)

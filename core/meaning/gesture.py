@@ -8,39 +8,47 @@ from typing import Any
 import numpy as np
 
 from ..motion import handshape, skeleton
+from . import wrist_places
 from .gesture_clip import GestureClip
 
 ARMS = ("both", "one", "alternate")
 """Both arms alike, the leading one, or left and right in turn."""
 ANGLES = ("shake", "tilt", "turn", "shoulders", "across")
-_MAX_DEGREES = 45.0
+STROKE = 0.28
+"""Seconds of a stroke that does not say otherwise."""
+_MAX_DEGREES, _MAX_PLACES = 45.0, 30
 
 
 @dataclass(frozen=True)
 class Gesture:
     """A semantic gesture.
 
-    ``ready`` and ``stroke`` ``(2, 3)`` are canonical directions of upper arm and forearm of the left arm at the start and end
-    of the stroke; the right arm mirrors them. ``palm`` ``(3,)`` is the normal of the left palm, ``knuckles`` ``(3,)`` the
-    direction of the hand (None: along the forearm), ``shape`` ``(12,)`` its fingers (:mod:`handshape`; None: relaxed). In
-    degrees: how far the head shakes (``shake``), leans to the side (``tilt``) or turns with the hand (``turn``), how far
-    ``shoulders`` rise, and how much further ``across`` each of several in a row goes. ``often`` is the share of its occasions
-    at which it is shown at full readiness, ``acted`` a clip that is played instead of the poses.
+    ``path`` ``(n, 2, 3)`` are canonical directions of upper arm and forearm of the left arm from the start of the stroke to its
+    end, which takes ``seconds``; the right arm mirrors them. ``palm`` ``(m, 3)`` are normals of the left palm and ``shape``
+    ``(m, 12)`` the fingers (:mod:`handshape`) on the way, ``knuckles`` ``(3,)`` the direction of the hand; None: along the
+    forearm, relaxed. ``other`` and ``other_shape`` are path and fingers of the arm that does not lead, where both show
+    different things. In degrees: how far the head shakes (``shake``), leans to the side (``tilt``) or turns with the hand
+    (``turn``), how far ``shoulders`` rise, and how much further ``across`` each of several in a row goes. ``often`` is the
+    share of its occasions at which it is shown at full readiness, ``acted`` a clip that is played instead of the poses,
+    ``side`` -1 or 1 for what only the left or the right hand shows.
     """
 
     name: str
     arms: str
-    ready: np.ndarray
-    stroke: np.ndarray
+    path: np.ndarray
     palm: np.ndarray | None = None
     knuckles: np.ndarray | None = None
     shape: np.ndarray | None = None
+    other: np.ndarray | None = None
+    other_shape: np.ndarray | None = None
+    seconds: float = STROKE
     shake: float = 0.0
     tilt: float = 0.0
     turn: float = 0.0
     shoulders: float = 0.0
     across: float = 0.0
     often: float = 0.9
+    side: float = 0.0
     acted: GestureClip | None = None
 
     @classmethod
@@ -51,21 +59,46 @@ class Gesture:
         arms = entry.get("arms", "both" if "clip" in entry else "one")
         if not isinstance(arms, str) or arms not in ARMS:
             raise ValueError(f"arms of {name} are {arms!r}, not one of {', '.join(ARMS)}")
-        shape = entry.get("shape")
-        if shape is not None and not (isinstance(shape, str) and shape in shapes):
-            raise ValueError(f"{name} wants the handshape {shape!r}, which is not there")
         acted = GestureClip.read(name, entry, folder) if "clip" in entry else None
-        if acted is None:
-            ready, stroke = (_vectors(name, key, entry.get(key), (2, 3)) for key in ("ready", "stroke"))
+        if acted is not None:
+            path = np.stack([acted.arm(0.0), acted.arm(acted.lands)])
+        elif "path" in entry:
+            path = wrist_places.reach(_rows(name, "path", entry["path"]))
         else:
-            ready, stroke = acted.arm(0.0), acted.arm(acted.lands)
-        palm, knuckles = (
-            _vectors(name, key, entry[key], (3,)) if key in entry else None for key in ("palm", "knuckles")
-        )
-        angles = {key: _number(name, key, entry[key], 0, _MAX_DEGREES) for key in ANGLES if key in entry}
-        often = _number(name, "often", entry.get("often", cls.often), 0, 1)
-        shape = None if shape is None else shapes[shape]
-        return cls(name, arms, ready, stroke, palm, knuckles, shape, **angles, often=often, acted=acted)
+            path = np.stack([_vectors(name, key, entry.get(key), (2, 3)) for key in ("ready", "stroke")])
+        more: dict[str, Any] = {key: _number(name, key, entry[key], 0, _MAX_DEGREES) for key in ANGLES if key in entry}
+        for key, (low, high) in {"often": (0, 1), "side": (-1, 1), "seconds": (0.15, 2)}.items():
+            if key in entry:
+                more[key] = _number(name, key, entry[key], low, high)
+        if "palm" in entry:
+            palms = entry["palm"] if np.ndim(entry["palm"]) > 1 else [entry["palm"]]
+            more["palm"] = _vectors(name, "palm", palms, (len(palms), 3))
+        if "knuckles" in entry:
+            more["knuckles"] = _vectors(name, "knuckles", entry["knuckles"], (3,))
+        if "other" in entry:
+            more["other"] = wrist_places.reach(_rows(name, "other", entry["other"]))
+        for key in ("shape", "other_shape"):
+            if key in entry:
+                more[key] = _shapes(name, entry[key], shapes)
+        return cls(name, arms, path, acted=acted, **more)
+
+
+def _shapes(name: str, wanted: object, shapes: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the handshapes ``(m, 12)`` of a name or a list of names; raises ``ValueError``."""
+    found = []
+    for one in wanted if isinstance(wanted, list) and wanted else [wanted]:
+        if not isinstance(one, str) or one not in shapes:
+            raise ValueError(f"{name} wants the handshape {one!r}, which is not there")
+        found.append(shapes[one])
+    return np.stack(found)
+
+
+def _rows(name: str, key: str, values: Any) -> np.ndarray:
+    """Convert lists to wrist places ``(n, 3)``; raises ``ValueError``."""
+    array = _array(name, key, values)
+    if array.ndim != 2 or array.shape[1] != 3 or not 2 <= len(array) <= _MAX_PLACES or np.abs(array).max() > 1:
+        raise ValueError(f"{key} of {name} is not 2 to {_MAX_PLACES} places of three numbers within a metre")
+    return array
 
 
 def read_shape(name: str, values: object) -> np.ndarray:
@@ -90,7 +123,7 @@ def _array(name: str, key: str, values: Any) -> np.ndarray:
         array = np.asarray(values, float)
     except (TypeError, ValueError):
         array = np.array(np.nan)
-    if not np.isfinite(array).all():
+    if not array.size or not np.isfinite(array).all():
         raise ValueError(f"{key} of {name} is not made of numbers")
     return array
 

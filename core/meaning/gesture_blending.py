@@ -7,6 +7,7 @@ import numpy as np
 from ..motion import rest, skeleton
 from ..motion.hands import Hands
 from ..motion.interpolation import ramp
+from .gesture import Gesture
 from .gesture_selection import ScheduledGesture
 
 _HEAD, _TRUNK = (1, 2), (3, 6)
@@ -29,7 +30,7 @@ def arms_of_gestures(directions: np.ndarray, shown: Sequence[ScheduledGesture]) 
     result = []
     for item in shown:
         side = item.side
-        if item.gesture.arms == "both" and not side:
+        if item.gesture.arms == "both" and (not side or _leads_one(item.gesture)):
             result.append((True, True))
             continue
         if not side:
@@ -62,17 +63,39 @@ def blend_gestures(directions: np.ndarray, shown: Sequence[ScheduledGesture], wh
             acted.blend_into(part, now - item.lands, weight, arms)
         for arm, (edges, mirror) in enumerate(zip(skeleton.ARMS, (np.ones(3), _MIRROR), strict=True)):
             if arms[arm] and acted is None:
-                part[:, edges] = rest.slerp(part[:, edges], _arm(item, now) * mirror, item.size * weight[:, None])
+                part[:, edges] = rest.slerp(part[:, edges], _arm(item, now, arm) * mirror, item.size * weight[:, None])
         _move_body(part, item, arms, now, weight)
         result[here] = skeleton.normalize(part)
     return result
 
 
-def _arm(item: ScheduledGesture, time: np.ndarray) -> np.ndarray:
-    """Return upper arm and forearm ``(frames, 2, 3)`` of the left arm: the stroke, then a hold that sinks slightly."""
+def _leads_one(gesture: Gesture) -> bool:
+    """Return whether the two arms show different things."""
+    return gesture.other is not None or gesture.other_shape is not None
+
+
+def _leading(item: ScheduledGesture) -> int:
+    return 0 if item.side < 0 else 1
+
+
+def _arm(item: ScheduledGesture, time: np.ndarray, arm: int) -> np.ndarray:
+    """Return upper arm and forearm ``(frames, 2, 3)`` for ``arm``, mirrored to the left one: its path, then a hold that sinks
+    slightly.
+    """
+    gesture = item.gesture
+    path = gesture.path if gesture.other is None or arm == _leading(item) else gesture.other
     swing = ramp(time, item.ready - 0.1, item.lands) - _SINK * ramp(time, item.lands, max(item.until, item.lands + 0.3))
-    poses = rest.slerp(item.gesture.ready, item.gesture.stroke, swing[:, None])
+    poses = _along(path, swing)
     return rotate_about_axis(poses, 1, np.full(len(time), item.across)) if item.across else poses
+
+
+def _along(path: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Return unit vectors ``(frames, ...)`` at shares ``(frames,)`` 0..1 of the way through ``path`` ``(n, ..., 3)``."""
+    if len(path) == 1:
+        return np.repeat(path, len(share), 0)
+    place = share * (len(path) - 1)
+    low = np.clip(place.astype(int), 0, len(path) - 2)
+    return rest.slerp(path[low], path[low + 1], (place - low).reshape(-1, *[1] * (path.ndim - 2)))
 
 
 def _move_body(part: np.ndarray, item: ScheduledGesture, arms: tuple[bool, bool], time: np.ndarray, weight: np.ndarray) -> None:
@@ -103,13 +126,23 @@ def blend_hands(performed: Hands, shown: Sequence[ScheduledGesture], which: Sequ
                 for parts, played in ((knuckles, clip.knuckles), (palms, clip.palms)):
                     parts[:, arm] = rest.slerp(parts[:, arm], played[:, arm], weight[:, 0])
                 shape[:, arm] += weight * (clip.shape[:, arm] - shape[:, arm])
-        weight = weight * ramp(time, item.ready - 0.2, item.lands)[:, None]
+        share = ramp(time, item.ready - 0.1, item.lands)
+        shown_from = weight if gesture.palm is not None and len(gesture.palm) > 1 else weight * ramp(
+            time, item.ready - 0.2, item.lands
+        )[:, None]
         for arm, mirror in enumerate((np.ones(3), _MIRROR)):
-            for parts, direction in ((knuckles, gesture.knuckles), (palms, gesture.palm)):
-                if arms[arm] and direction is not None:
-                    parts[:, arm] = rest.slerp(parts[:, arm], direction * mirror, weight[:, 0])
-            if arms[arm] and gesture.shape is not None:
-                shape[:, arm] += weight * (gesture.shape - shape[:, arm])
+            if not arms[arm]:
+                continue
+            if gesture.knuckles is not None:
+                knuckles[:, arm] = rest.slerp(knuckles[:, arm], gesture.knuckles * mirror, shown_from[:, 0])
+            if gesture.palm is not None:
+                palms[:, arm] = rest.slerp(palms[:, arm], _along(gesture.palm, share) * mirror, shown_from[:, 0])
+            follows = gesture.other_shape is not None and arm != _leading(item)
+            fingers = gesture.other_shape if follows else gesture.shape
+            if fingers is not None:
+                way = np.linspace(0, 1, len(fingers)) if len(fingers) > 1 else np.zeros(1)
+                wanted = np.stack([np.interp(share, way, column) for column in fingers.T], -1)
+                shape[:, arm] += (weight if len(fingers) > 1 else shown_from) * (wanted - shape[:, arm])
     return Hands.of(knuckles, palms, shape)
 
 

@@ -6,16 +6,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .gesture import Gesture
+from . import sentence
+from .gesture import STROKE, Gesture
 from .vocabulary import Vocabulary
 
-PREPARATION, STROKE, HOLD, RETRACTION = 0.5, 0.28, 0.35, 0.75
-"""Seconds of preparation, of the stroke, of the shortest hold, and of the retraction."""
+PREPARATION, HOLD, RETRACTION = 0.5, 0.35, 0.75
+"""Seconds of preparation, of the shortest hold, and of the retraction."""
 _EMPHASIS_SHARE = 0.4
 """Share of a word after which it is loudest, approximately."""
 _MIN_INTERVAL = 1.5
 """Seconds between the words of two gestures, unless a mark requests them."""
+_AROUND, _MOST_AROUND = 15.0, 3
+"""Within so many seconds to both sides at most so many others: people show two to six meanings a minute."""
+_ASKED = 2.0
+"""How surely a mark of the transcript is meant: more than any word."""
+_LEAST_SCORE = 0.5
+"""How surely a meaning must be understood: a false one is worse than none."""
 _SALT = 0x3EA
+_LATER = 0.5
+"""Share of a longer stroke that follows the word, so that its middle meets it."""
 _SIZE_DEVIATION = 0.12
 """Standard deviation of the size of gestures."""
 
@@ -45,7 +54,7 @@ def choose_gestures(
     asked: Mapping[int, tuple[str, float]],
     readiness: float,
     seed: tuple[int, ...],
-    found: Mapping[int, tuple[str, int]] | None = None,
+    found: Mapping[int, tuple[str, int, float]] | None = None,
 ) -> list[ScheduledGesture]:
     """Choose the gestures of ``words`` ``(text, start, end)``, in order of time.
 
@@ -57,35 +66,46 @@ def choose_gestures(
     drawn = _draw_gestures(vocabulary, found, readiness, seed)
     for number, (hint, side) in asked.items():
         if hint in vocabulary.marks:
-            drawn[number] = vocabulary.gestures[vocabulary.marks[hint]], 1, side, True
-    chosen: list[tuple[int, tuple]] = []
-    for number, occasion in sorted(drawn.items()):
-        near = chosen and words[number][1] - words[chosen[-1][0]][1] < _MIN_INTERVAL
-        if near and not occasion[3]:
-            continue
-        if near and not chosen[-1][1][3]:
-            chosen.pop()
-        chosen.append((number, occasion))
-    return _schedule(chosen, words, seed)
+            drawn[number] = vocabulary.marks[hint], 1, side, _ASKED
+    chosen: dict[int, tuple] = {}
+    for number, occasion in sorted(drawn.items(), key=lambda one: (-one[1][3], one[0])):
+        start = words[number][1]
+        apart = [abs(start - words[other][1]) for other in chosen]
+        crowded = min(apart, default=np.inf) < _MIN_INTERVAL or sum(one < _AROUND for one in apart) >= _MOST_AROUND
+        if occasion[3] == _ASKED or not crowded:
+            chosen[number] = occasion
+    return _schedule(vocabulary, sorted(chosen.items()), words, seed)
 
 
-def find_occasions(vocabulary: Vocabulary, words: Sequence[tuple[str, float, float]]) -> Mapping[int, tuple[str, int]]:
-    """Return the phrases with a gesture: number of the word that carries it -> name of the gesture, number of words."""
-    plain = [text.lower().replace("’", "'").strip(".,;:!?\"'()…-–—") for text, *_ in words]
-    breaks = [text.rstrip("\"')")[-1:] in ".;:!?…" for text, *_ in words]
-    return vocabulary.find(plain, breaks)
+def find_occasions(
+    vocabulary: Vocabulary, words: Sequence[tuple[str, float, float]], language: str = "en"
+) -> dict[int, tuple[str, int, float]]:
+    """Return what has a gesture: number of the word that carries it -> name of the gesture, number of words, how surely 0..1.
+
+    A user's own phrases come before what is understood of the sentences (:mod:`sentence`) in a ``language``.
+    """
+    texts = [text for text, *_ in words]
+    plain = [text.lower().replace("’", "'").strip(".,;:!?\"'()…-–—") for text in texts]
+    breaks = [text.rstrip("\"')")[-1:] in ".;:!?…" for text in texts]
+    found = {at: (name, count, 1.0) for at, (name, count) in vocabulary.find(plain, breaks).items()}
+    grammar = sentence.load_grammar(language)
+    for one in sentence.understand(texts, grammar) if grammar is not None else ():
+        free = not any(at in found for at in range(one.first, one.last + 1))
+        if free and one.schema in vocabulary.gestures and one.score >= _LEAST_SCORE:
+            found[one.bearer] = one.schema, one.last - one.first + 1, one.score
+    return found
 
 
 def _draw_gestures(
-    vocabulary: Vocabulary, found: Mapping[int, tuple[str, int]], readiness: float, seed: tuple[int, ...]
-) -> dict[int, tuple[Gesture, int, float, bool]]:
-    """Draw which occasions are used: word number -> gesture, number of words, side, whether a mark requests it."""
+    vocabulary: Vocabulary, found: Mapping[int, tuple[str, int, float]], readiness: float, seed: tuple[int, ...]
+) -> dict[int, tuple[str, int, float, float]]:
+    """Draw which occasions are used: word number -> gesture, number of words, side, how surely."""
     drawn = {}
-    for number, (name, count) in found.items():
+    for number, (name, count, score) in found.items():
         gesture = vocabulary.gestures[name]
         chance = np.random.default_rng((*seed, _SALT, number, zlib.crc32(name.encode()))).random()
         if chance < readiness * (gesture.often if count == 1 else 0.5 + 0.5 * gesture.often):
-            drawn[number] = gesture, count, 0.0, False
+            drawn[number] = name, count, gesture.side, score
     return drawn
 
 
@@ -95,13 +115,18 @@ def emphasis_time(start: float, end: float) -> float:
 
 
 def _schedule(
-    chosen: list[tuple[int, tuple]], words: Sequence[tuple[str, float, float]], seed: tuple[int, ...]
+    vocabulary: Vocabulary,
+    chosen: list[tuple[int, tuple]],
+    words: Sequence[tuple[str, float, float]],
+    seed: tuple[int, ...],
 ) -> list[ScheduledGesture]:
     """Determine times, side, size and direction of the chosen gestures."""
     shown: list[ScheduledGesture] = []
-    for place, (number, (gesture, count, side, _)) in enumerate(chosen):
+    for place, (number, (name, count, side, _)) in enumerate(chosen):
         _, start, end = words[number]
-        lands = emphasis_time(start, end)
+        forms = vocabulary.forms[name]
+        gesture = forms[int(np.random.default_rng((*seed, _SALT, number, 1)).integers(len(forms)))]
+        lands = emphasis_time(start, end) + _LATER * (gesture.seconds - STROKE)
         after = words[chosen[place + 1][0]][1] - PREPARATION if place + 1 < len(chosen) else np.inf
         until = min(max(end, lands + HOLD * (1 + 0.5 * (count > 2))), max(after, lands + 0.1))
         random = np.random.default_rng((*seed, _SALT, number))
@@ -109,11 +134,12 @@ def _schedule(
         across = 0.0
         before = shown[-1] if shown else None
         if gesture.arms == "alternate" and not side:
-            side = -before.side if before is not None and before.gesture is gesture else (-1.0, 1.0)[int(random.random() < 0.5)]
+            again = before is not None and before.gesture.name == name
+            side = -before.side if before is not None and again else (-1.0, 1.0)[int(random.random() < 0.5)]
         if gesture.across:
-            row = before.across + gesture.across if before is not None and before.gesture is gesture else -gesture.across
+            row = before.across + gesture.across if before is not None and before.gesture.name == name else -gesture.across
             across = row if row <= 2 * gesture.across else -gesture.across
-        begin, ready = max(lands - STROKE - PREPARATION, 0.0), lands - STROKE
+        begin, ready = max(lands - gesture.seconds - PREPARATION, 0.0), max(lands - gesture.seconds, 0.0)
         if gesture.acted is not None:
             begin = max(lands - gesture.acted.lands, 0.0)
             ready, until = min(begin + PREPARATION, lands), min(lands + gesture.acted.after, max(after, lands + 0.1))

@@ -1,7 +1,7 @@
-"""Understands sentences: which words call for which schema (an image such as rise or split, or a speech act), and which do not.
+"""Understands sentences: which words call for which schema (an image such as rise or split, or a speech act).
 
-A grammar of a language (assets/meanings/LANGUAGE.json, written by hand) holds frames, sequences of words that decide; a table of
-its lemmas (LANGUAGE.words.json, made from a thesaurus) says which words mean a schema on their own. docs/meaning.md has the
+A grammar of a language (assets/meanings/LANGUAGE.json, written by hand) holds frames, sequences of words that decide; a table
+of its lemmas (LANGUAGE.words.json, made from a thesaurus) says which words mean a schema on their own. docs/meaning.md has the
 notation.
 """
 
@@ -170,9 +170,10 @@ def _tokens(words: Sequence[str], grammar: Grammar) -> list[_Token]:
             forms.add("<other>")
         if text in grammar.data["counts"]:
             forms.add("#")
-        if text in grammar.data["plurals"] or (text[-1] == "s" and text[-2:] not in ("ss", "us", "is", "'s") and len(text) > 3):
-            if text not in grammar.classes["unit"] and text not in grammar.classes["fun"]:
-                forms.add("PL")
+        ending = text[-1] == "s" and text[-2:] not in ("ss", "us", "is", "'s") and len(text) > _LEAST_STEM
+        unfit = grammar.classes["unit"] | grammar.classes["fun"]
+        if (ending or text in grammar.data["plurals"]) and text not in unfit:
+            forms.add("PL")
         mark = next((marks for *_, marks in raw[place:] if marks), "?")  # what is not marked may be a question
         result.append(_Token(number, frozenset(forms), tags, start, pauses, bool(ends), "?" in mark))
     return result
@@ -208,8 +209,8 @@ def _tags(text: str, lemmas: Sequence[str], before: str, after: str, grammar: Gr
         for schema, pos, tenths in grammar.lemmas.get(lemma, ()):
             determined = before in classes["det"]
             if pos == "v":
-                fits = not determined and (lemma != text or before in classes["modal"] or before in classes["pro"] or not before)
-                fits = fits and before not in classes["prep"] - {"to"}
+                agent = lemma != text or not before or before in classes["modal"] | classes["pro"]
+                fits = agent and not determined and before not in classes["prep"] - {"to"}
                 if text[-1] == "s" and lemma != text:  # of the third person, rather than a plural
                     fits = fits and (before in classes["pro"] or before not in classes["fun"]) and bool(before) and bool(after)
             elif pos == "n":
@@ -217,7 +218,7 @@ def _tags(text: str, lemmas: Sequence[str], before: str, after: str, grammar: Gr
                 fits = fits and bool(before) and before not in classes["pro"] and (not after or after in classes["fun"])
             elif pos == "a":
                 noun = bool(after) and after not in classes["fun"]
-                fits = (noun or before in classes["be"]) and before not in ("to", "of")
+                fits = noun or before in classes["be"] or not (before or after)
             else:
                 fits = lemma == text and before not in classes["pro"]
             passive = pos == "v" and before in classes["passive"] and text[-3:] != "ing"

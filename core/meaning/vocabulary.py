@@ -14,18 +14,24 @@ from .gesture import ANGLES, Gesture, read_shape
 
 PATH = Path(__file__).parents[1] / "assets" / "vocabulary.json"
 _MAX_BYTES = 1_000_000
-"""Of a vocabulary file; the shipped one has 9,000."""
-_KEYS = {"says", "marks", "arms", "ready", "stroke", "palm", "knuckles", "shape", "often", "clip", "lands"} | set(ANGLES)
+"""Of a vocabulary file; the shipped one has 20,000."""
+_POSES = {"ready", "stroke", "path", "clip"}
+_FORM = _POSES | set(ANGLES) | {"arms", "other", "palm", "knuckles", "shape", "other_shape", "often", "seconds", "side", "lands"}
+_KEYS = _FORM | {"says", "marks", "variants"}
 
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """Semantic ``gestures`` by name; ``phrases``: first word -> ``(words, number of the word that carries the gesture, name of
-    the gesture)``, longest first; ``marks``: hint of a transcript -> name of the gesture."""
+    """Semantic ``gestures`` by name, and all ``forms`` of each, the first of which it is.
+
+    ``phrases``: first word -> ``(words, number of the word that carries the gesture, name of the gesture)``, longest first;
+    ``marks``: hint of a transcript -> name of the gesture.
+    """
 
     gestures: dict[str, Gesture]
     phrases: dict[str, tuple]
     marks: dict[str, str]
+    forms: dict[str, tuple[Gesture, ...]]
 
     def find(self, words: Sequence[str], breaks: Sequence[bool] = ()) -> dict[int, tuple[str, int]]:
         """Find the phrases in a text: number of the word that carries the gesture -> its name, number of words.
@@ -46,7 +52,8 @@ class Vocabulary:
 
 
 def load_vocabulary(extra: str | PathLike | None = None) -> Vocabulary:
-    """Load the shipped vocabulary; gestures and handshapes of the file ``extra`` are added or replace those of the same name.
+    """Load the shipped vocabulary; gestures and handshapes of the file ``extra`` are added or replace those of the same name. A
+    gesture without poses adds words and marks to the shipped one.
 
     Raises :class:`UsageError` if the file is not a vocabulary.
     """
@@ -63,7 +70,11 @@ def _load_extended(path: str | PathLike) -> Vocabulary:
     gestures, shapes = _shipped()
     try:
         own = _content(Path(path))
-        return _build({**gestures, **own.get("gestures", {})}, {**shapes, **own.get("shapes", {})}, Path(path).parent)
+        added = {
+            name: {**gestures[name], **entry} if name in gestures and not _POSES & set(entry) else entry
+            for name, entry in own.get("gestures", {}).items()
+        }
+        return _build({**gestures, **added}, {**shapes, **own.get("shapes", {})}, Path(path).parent)
     except OSError as error:
         raise UsageError(f"The vocabulary {path} cannot be read: {error.strerror}.", "Name a JSON file of gestures.") from error
     except ValueError as error:
@@ -83,17 +94,21 @@ def _content(path: Path) -> dict[str, Any]:
 def _build(gestures: Mapping[str, Any], shapes: Mapping[str, Any], folder: Path | None = None) -> Vocabulary:
     """Build a vocabulary from JSON objects, whose clips lie in ``folder``; raises ``ValueError``."""
     handshapes = {name: read_shape(name, values) for name, values in shapes.items()}
-    read, phrases, marks = {}, {}, {}
+    read, phrases, marks, forms = {}, {}, {}, {}
     for name, entry in gestures.items():
         if not isinstance(entry, dict) or not entry.keys() <= _KEYS:
             raise ValueError(f"{name} has something else than {', '.join(sorted(_KEYS))}")
         read[name] = Gesture.read(name, entry, handshapes, folder)
+        others = entry.get("variants", [])
+        if not isinstance(others, list) or not all(isinstance(one, dict) and one.keys() <= _FORM for one in others):
+            raise ValueError(f"variants of {name} are not a list of forms")
+        forms[name] = (read[name], *(Gesture.read(name, one, handshapes, folder) for one in others))
         for phrase in _texts(name, "says", entry):
             words, bearer = _phrase(phrase)
             phrases.setdefault(words[0], []).append((words, bearer, name))
         marks |= dict.fromkeys(_texts(name, "marks", entry), name)
     longest_first = {first: tuple(sorted(each, key=lambda phrase: -len(phrase[0]))) for first, each in phrases.items()}
-    return Vocabulary(read, longest_first, marks)
+    return Vocabulary(read, longest_first, marks, forms)
 
 
 def _texts(name: str, key: str, entry: dict[str, Any]) -> list[str]:

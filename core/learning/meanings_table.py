@@ -1,9 +1,9 @@
 """Builds the table of words that call for gestures from WordNet 3.
 
-    python -m s2ag.core.learning.meanings.build /usr/share/wordnet
+    python -m s2ag.core.learning.meanings_table /usr/share/wordnet
 
-Every schema has a few dozen senses as seeds (seeds.json: lemma, part of speech, number of the sense, depth of hyponyms). A lemma
-calls for a schema with the share of its uses that WordNet's own counts give to these senses and what follows from them:
+Every schema has a few dozen senses as seeds (meanings_seeds.json: lemma, part of speech, number of the sense, depth of
+hyponyms). A lemma calls for a schema with the share of its uses that WordNet's own counts give to these senses and what follows from them:
 hyponyms of verbs and nouns, adjectives like them. WordNet is free to use with its notice (core/assets/NOTICE.txt); Debian has
 it as ``wordnet-base``.
 """
@@ -13,15 +13,15 @@ import json
 from collections import defaultdict
 from pathlib import Path
 
-from ...files import atomic_file
-from ...meaning.sentence import TABLE
+from ..files import atomic_file
+from ..meaning.sentence import TABLE
 
 _POS = {"n": "noun", "v": "verb", "a": "adj", "r": "adv"}
 _UNCOUNTED = 0.5
 """Added to each sense's count, since many were never seen."""
 _LEAST = 0.3
 """Least share of a lemma's uses."""
-_SEEDS = Path(__file__).with_name("seeds.json")
+_SEEDS = Path(__file__).with_name("meanings_seeds.json")
 
 
 def main() -> None:
@@ -65,7 +65,8 @@ class _WordNet:
             self.words[here].append(lemma)
             kind = "nvar".index(pos) + 1
             key = f"{lemma}%{kind}:{parts[1]}:{which:02d}::"
-            self.counts[here, lemma] = counts.get(key, 0) if parts[2] != "s" else self._satellite(lemma, parts[1], which, counts)
+            alike = parts[2] == "s"  # an adjective whose key names the one it is like
+            self.counts[here, lemma] = self._satellite(lemma, parts[1], which, counts) if alike else counts.get(key, 0)
         rest = parts[4 + 2 * number :]
         for place in range(int(rest[0])):
             sign, offset, other = rest[1 + 4 * place : 4 + 4 * place]

@@ -1,1 +1,0 @@
-"""Makes the table of words that call for gestures, core/assets/meanings/en.words.json, from WordNet."""

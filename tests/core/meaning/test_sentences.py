@@ -1,0 +1,62 @@
+"""Sentences that call for a gesture and twins that do not, in two halves (docs/meaning.md)."""
+
+import csv
+import json
+import time
+from pathlib import Path
+
+import pytest
+from s2ag.core.meaning import gesture_selection, sentence, vocabulary
+
+PAIRS = list(csv.DictReader((Path(__file__).parent / "sentences.tsv").open(encoding="utf-8"), delimiter="\t"))
+UNSEEN = PAIRS[1::2]
+
+
+def shown(said: str) -> set[str]:
+    words = [(word, 0.33 * k, 0.33 * k + 0.3) for k, word in enumerate(said.split())]
+    return {name for name, *_ in gesture_selection.find_occasions(vocabulary.load_vocabulary(), words).values()}
+
+
+def test_what_is_said_is_shown_and_twins_are_silent():
+    seen = sum(not shown(pair["sentence"]).isdisjoint(pair["schemas"].split(",")) for pair in UNSEEN)
+    silent = sum(not shown(pair["twin"]) for pair in UNSEEN)
+    print(f"of {len(UNSEEN)} sentences {seen} are shown, of their twins {silent} show nothing")
+    assert len(PAIRS) >= 120
+    assert seen >= 0.8 * len(UNSEEN)
+    assert silent >= 0.95 * len(UNSEEN)
+
+
+def test_a_minute_is_understood_in_less_than_50_ms():
+    words = " ".join(pair["sentence"] for pair in PAIRS).split()[:160]
+    grammar = sentence.load_grammar()
+    taken = []
+    for _ in range(5):
+        begun = time.perf_counter()
+        sentence.understand(words, grammar)
+        taken.append(time.perf_counter() - begun)
+    assert min(taken) < 0.05
+
+
+@pytest.mark.parametrize("language", ["en"])
+def test_frames_name_gestures_and_every_gesture_has_words(language):
+    data = json.loads((sentence.FOLDER / f"{language}.json").read_text("utf-8"))
+    known = set(vocabulary.load_vocabulary().gestures)
+    named = set(data["frames"]) - {sentence.SILENT, "count"} | set(data["counts"])
+    assert named == known or (language != "en" and named <= known)
+
+
+@pytest.mark.parametrize(
+    ("said", "schema"),
+    [
+        ("I never did that.", "negation"),
+        ("Never mind.", None),
+        ("The price did not rise.", None),
+        ("He has four sisters.", "four"),
+        ("He has lived here four years.", None),
+        ("I am not sure what he means.", "shrug"),
+        ("What happened.", None),
+        ("What happened to you?", "question"),
+    ],
+)
+def test_the_sentence_decides(said, schema):
+    assert shown(said) == ({schema} if schema else set())
