@@ -3,9 +3,9 @@
     python -m s2ag.core.learning.meanings_table /usr/share/wordnet
 
 Every schema has a few dozen senses as seeds (meanings_seeds.json: lemma, part of speech, number of the sense, depth of
-hyponyms). A lemma calls for a schema with the share of its uses that WordNet's own counts give to these senses and what follows from them:
-hyponyms of verbs and nouns, adjectives like them. WordNet is free to use with its notice (core/assets/NOTICE.txt); Debian has
-it as ``wordnet-base``.
+hyponyms). A lemma calls for a schema with the share of its uses that WordNet's own counts give to these senses and what follows
+from them: hyponyms of verbs and nouns, adjectives like them. WordNet is free to use with its notice (core/assets/NOTICE.txt);
+Debian has it as ``wordnet-base``.
 """
 
 import argparse

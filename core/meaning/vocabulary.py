@@ -16,7 +16,7 @@ PATH = Path(__file__).parents[1] / "assets" / "vocabulary.json"
 _MAX_BYTES = 1_000_000
 """Of a vocabulary file; the shipped one has 20,000."""
 _POSES = {"ready", "stroke", "path", "clip"}
-_FORM = _POSES | set(ANGLES) | {"arms", "other", "palm", "knuckles", "shape", "other_shape", "often", "seconds", "side", "lands"}
+_FORM = {"arms", "other", "palm", "knuckles", "shape", "other_shape", "often", "seconds", "side", "lands", *_POSES, *ANGLES}
 _KEYS = _FORM | {"says", "marks", "variants"}
 
 
