@@ -9,7 +9,6 @@ import pytest
 from s2ag.core.meaning import gesture_selection, sentence, vocabulary
 
 
-
 def read(name: str) -> list[dict]:
     with (Path(__file__).parent / name).open(encoding="utf-8") as file:
         return list(csv.DictReader(file, delimiter="\t"))
