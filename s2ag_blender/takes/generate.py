@@ -12,13 +12,12 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...core.declaration import KINDS
 from ...core.errors import AudioUnreadable, S2agError
 from ...core.motion.motion import Motion
-from ...core.settings import CONTROLS, Settings, names_with, table
+from ...core.settings import names_with
 from ...rigs.skeleton import PARTS as BODY_PARTS
 from ...rigs.slices import run_to_end
-from .. import compat, json_properties, provenance
+from .. import compat, provenance
 from ..datablocks import ArmatureObject, Context, current_context
 from ..keys import apply, layers, poses, test_pose
 from ..keys.action_builder import ActionBuilder
@@ -35,6 +34,7 @@ from . import (
     gesture_edits,
     markers,
     menu_items,
+    plan_parameters,
     retiming,
     sound_strips,
     sources,
@@ -44,10 +44,6 @@ from . import (
     versions,
 )
 from .plans import Handle, Outcome, Plan
-
-_TIMED, _PARTNER = "over_time", "others"
-"""Keys of time-varying controls and of the conversation partner in the settings of a take."""
-_PARTNER_TYPES = {name: KINDS[table(Settings)[name].kind] for name in names_with(partner=True)}
 
 
 def plan(
@@ -83,15 +79,15 @@ def plan(
     voice = (retiming.voice(like, scene, span) if like is not None else None) or sources.find_voice(settings, scene)
     if not kept and not keyed_pose:
         keyed_pose, changes = _pose_of_draft(armature, settings, changes)
-    felt, unknown = _curve_params(armature, scene, voice.span, kept)
+    felt, unknown = plan_parameters.of_curves(armature, scene, voice.span, kept)
     count = 1 if count is None and (draft or kept or "styles" in changes) else count
     params = {**engine_requests.request(settings, voice.path), **felt, **({"takes": count} if count else {}), **changes}
     params = {name: value for name, value in params.items() if value is not None}
-    warnings = _drop_unknown_controls(params, settings) + unknown
+    warnings = plan_parameters.drop_unknown_controls(params, settings) + unknown
     mapping = chosen_bones.mapping_of_settings(settings)
     bones = reading.read(armature)
     resolved = (readiness.mapping(armature) if draft else None) or reading.resolve_mapping(armature, bones, mapping)
-    others = _partner_params(
+    others = plan_parameters.of_partner(
         kept, lambda: conversation.conversation_parameters(armature, scene, voice, settings, (bones, resolved))
     )
     params = {**params, **others}
@@ -112,7 +108,7 @@ def plan(
         Handle.of(scene),
         params,
         voice,
-        kept or {**stored_settings.snapshot(settings), _TIMED: felt, _PARTNER: others},
+        kept or {**stored_settings.snapshot(settings), plan_parameters.TIMED: felt, plan_parameters.PARTNER: others},
         resolved if draft else mapping,
         None if draft else (readiness.state(armature), resolved),
         stored_settings.options(settings),
@@ -159,28 +155,6 @@ def follow_arguments(context: Context, armature: ArmatureObject) -> Plan:
     return replace(planned, params={**params, **words, "audio": path}, follows=True)
 
 
-def _partner_params(kept: dict[str, Any] | None, look: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return the engine's parameters of the conversation partner, from ``kept`` settings of a take or by ``look``."""
-    if not kept:
-        return look()
-    known = kept.get(_PARTNER)
-    known = {name: known[name] for name in _PARTNER_TYPES if name in known} if isinstance(known, dict) else {}
-    return known if json_properties.has_types(known, _PARTNER_TYPES) else {}
-
-
-def _curve_params(
-    armature: ArmatureObject, scene: bpy.types.Scene, span: sources.Span, kept: dict[str, Any] | None
-) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return the engine's time-varying parameters, from ``kept`` settings of a take or as keyed now, and warnings."""
-    if kept:
-        timed = kept.get(_TIMED)
-        timed = timed if isinstance(timed, dict) else {}
-        return {name: timed[name] for name in names_with(timed=True) if name in timed}, ()
-    changes, unknown = control_curves.style_changes(armature, scene, span)
-    params = {"curves": control_curves.sample_curves(armature, scene, span), "changes": changes}
-    return {name: value for name, value in params.items() if value}, unknown
-
-
 def _pose_of_draft(
     armature: ArmatureObject, settings: Any, changes: dict[str, Any]
 ) -> tuple[dict[str, Any] | None, dict[str, Any]]:
@@ -197,18 +171,6 @@ def _pose_of_draft(
         current_context().view_layer.update()
         return None, changes
     return meta["keyed_pose"], ({"pose": meta["pose"]} if meta["pose"] else {}) | changes
-
-
-def _drop_unknown_controls(params: dict[str, Any], settings: Any) -> tuple[str, ...]:
-    """Remove sliders that the checkpoint does not have from the engine's parameters; return a warning if any was set."""
-    if menu_items.control_names(settings):
-        return ()
-    removed = [params.pop(name, 0) for name in names_with(control=True)]
-    rest = {name: points for name, points in params.pop("curves", {}).items() if name not in CONTROLS}
-    params |= {"curves": rest} if rest else {}
-    if not any(any(value.values()) if isinstance(value, dict) else value for value in removed):
-        return ()
-    return (translate("This gesture model has intensity only: the other sliders were left out."),)
 
 
 def wait(context: Context, planned: Plan, progress: Callable[[str, float], None] | None = None) -> Outcome:
