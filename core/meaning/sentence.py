@@ -159,6 +159,10 @@ def _tokens(words: Sequence[str], grammar: Grammar) -> list[_Token]:
         parts = split[text].split() if text in split else [text[: -len(ending)], split[ending]] if ending else [text]
         raw += [(number, part, pauses and part is parts[-1], ends if part is parts[-1] else "") for part in parts]
     lemmas = [_forms(text, grammar) for _, text, *_ in raw]
+    marks, mark = [], "?"  # what is not marked may be a question
+    for *_, ends in reversed(raw):
+        mark = ends or mark
+        marks.append(mark)
     result = []
     for place, (number, text, pauses, ends) in enumerate(raw):
         start = place == 0 or raw[place - 1][3]
@@ -174,8 +178,7 @@ def _tokens(words: Sequence[str], grammar: Grammar) -> list[_Token]:
         unfit = grammar.classes["unit"] | grammar.classes["fun"]
         if (ending or text in grammar.data["plurals"]) and text not in unfit:
             forms.add("PL")
-        mark = next((marks for *_, marks in raw[place:] if marks), "?")  # what is not marked may be a question
-        result.append(_Token(number, frozenset(forms), tags, start, pauses, bool(ends), "?" in mark))
+        result.append(_Token(number, frozenset(forms), tags, start, pauses, bool(ends), "?" in marks[-1 - place]))
     return result
 
 
