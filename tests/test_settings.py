@@ -69,7 +69,8 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
     "pose": (*_EDITS[:2], "s2ag_blender/takes/constraints.py", "s2ag_blender/takes/decisions.py"),
     "style": (  # a kind of edit, a column, a point of a map, the field of an operator
         *(*_EDITS, "core/batch/manifest.py", "core/declaration.py", *_STATED, "s2ag_blender/takes/decisions.py"),
-        *("s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py"),
+        *("s2ag_blender/ui/from_here.py", "s2ag_blender/ui/gesture_panel.py", "s2ag_blender/ui/menus.py"),
+        "s2ag_blender/ui/subpanels.py",
     ),
     "seed": (  # of an edit, of the program that places words, of a study
         *("core/editing/edits.py", "core/words/aligner/sphinx_engine.py", "core/cli/study.py"),

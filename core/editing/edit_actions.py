@@ -13,10 +13,14 @@ from . import frame_ranges, gestures, quieting, regeneration, semantic_gestures,
 from .edits import OFF
 from .gestures import BEAT, Gesture
 from .regeneration import Regenerator
-from .targets import LOOSE, State, StrokeTarget, best_attempt
+from .targets import LOOSE, State, StrokeTarget, best_attempt, turns
 
+_TURNS = ("style", "feel")
+"""Edits that change who performs, from their moment on."""
 GIVE_WAY = 0.8
 """Seconds around a stroke in which other gestures are given up in a second try, where the first one failed beside them."""
+_REST_AROUND = 1.2
+"""Seconds before and after the moment of a rest that is added."""
 SHORTEST = 0.6
 """Least seconds of a range that can be regenerated."""
 _WARN_EXCESS = 0.005
@@ -32,7 +36,7 @@ def apply_edit(filler: Regenerator, state: State, edit: dict, number: int, forgi
     """
     if edit.get(OFF):
         return _noted(state, state, edit)
-    filler = filler if edit["do"] == "style" else filler.turned(state.changes)
+    filler = filler if edit["do"] in _TURNS else filler.turned(state.changes, state.feelings)
     try:
         result, miss = _ACTIONS[edit["do"]](filler, state, edit, 0.0)
         if miss > 1:
@@ -49,7 +53,7 @@ def apply_edit(filler: Regenerator, state: State, edit: dict, number: int, forgi
     if miss > 1:
         warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
     places = [(round(a * skeleton.FPS), round(b * skeleton.FPS) + 1) for a, b in _changed_seconds(state.motion, result.motion)]
-    excess = 0.0 if edit["do"] == "style" else regeneration.speed_excess(state.motion, result.motion, places)
+    excess = 0.0 if edit["do"] in _TURNS else regeneration.speed_excess(state.motion, result.motion, places)
     if excess > _WARN_EXCESS:
         warnings += (
             f"Edit {number} ({edit['do']}) moves up to {excess:.0%} more suddenly than the take does: give it more room.",
@@ -115,6 +119,8 @@ def _move(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[
 
 
 def _change(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    if edit.get("kind") == semantic_gestures.REST:
+        return quieting.delete(filler, state, edit, apart)
     gesture, others = _gesture(state, edit["at"], apart)
     hand, size = edit.get("hand"), edit.get("size", 1.0)
     if edit.get("kind", gesture.kind) not in (gesture.kind, BEAT):
@@ -134,6 +140,9 @@ def _change(filler: Regenerator, state: State, edit: dict, apart: float) -> tupl
 def _add(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
     at = edit["at"] if "at" in edit else semantic_gestures.word_time(state.motion.words, edit["word"], edit.get("nth", 1))
     kind, hand, size = edit.get("kind", BEAT), edit.get("hand"), edit.get("size", 1.0)
+    if kind == semantic_gestures.REST:
+        low = max(at - _REST_AROUND, 0.0)
+        return quieting.rest_range(filler, state, {**edit, "from": low, "to": low + 2 * _REST_AROUND}, apart)
     detected = gestures.find_gestures(state.motion)
     others = [one for one in detected if abs(one.at - at) >= max(apart, strokes.APART / 2)]
     if kind != BEAT:
@@ -213,21 +222,26 @@ def _reroll(filler: Regenerator, state: State, edit: dict, apart: float) -> tupl
     return replace(state, motion=made), 0.0
 
 
-def _style(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
-    motion, changes = state.motion, (*state.changes, (edit["at"], edit["style"]))
-    later = [at for at in (*filler.style_times, *(at for at, _ in state.changes)) if at > edit["at"]]
+def _turn(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
+    """Perform in another style, or with another feeling, from a moment to the next such change."""
+    motion, (styled_then, felt_then) = state.motion, turns([edit])
+    after = replace(state, changes=state.changes + styled_then, feelings=state.feelings + felt_then)
+    others = [at for at, _ in state.feelings] if felt_then else [*filler.style_times, *(at for at, _ in state.changes)]
+    later = [at for at in others if at > edit["at"]]
     start, stop = round(edit["at"] * motion.fps), round(min([*later, motion.duration + 1]) * motion.fps)
     places = [(start, min(stop, len(motion.directions)))]
     if places[0][1] - start < SHORTEST * motion.fps:
         raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
-    styled = filler.turned(changes)
+    styled = filler.turned(after.changes, after.feelings)
 
     def make(attempt: int, seed: int) -> Motion:
         made, inside = styled.fill(motion, places, None, seed, state.held, plain=False, whole=True)
         return semantic_gestures.record_meant(made, places, inside)
 
     made, _ = best_attempt(styled, state, edit, places, make, lambda motion: 0.0)
-    return replace(state, motion=made, changes=changes), 0.0
+    if felt_then:
+        made = styled.feeling_face(made, edit["at"], min([*later, motion.duration + 1]))
+    return replace(after, motion=made), 0.0
 
 
 def _pose(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -284,7 +298,8 @@ _ACTIONS: dict[str, Callable[[Regenerator, State, dict, float], tuple[State, flo
     "change": _change,
     "add": _add,
     "reroll": _reroll,
-    "style": _style,
+    "style": _turn,
+    "feel": _turn,
     "pose": _pose,
     "place": _place,
 }

@@ -10,6 +10,7 @@ import numpy as np
 from .. import json_text
 from ..errors import UsageError
 from ..files import atomic_file
+from ..settings import AFFECTS
 from .gestures import HANDS
 
 FORMAT = 1
@@ -98,6 +99,8 @@ def _vectors(*shape: int, unit: bool = False) -> Callable[[object], list]:
 
 RESTS = ("none", "calmer", "fewer")
 """What a rest leaves of a range: no strokes, smaller and lower ones, or the larger half of them."""
+FEELINGS = {name: lambda value: _number(value, -1.0, 1.0) for name in AFFECTS}
+"""What a feeling may name, each from -1 to 1."""
 _SHAPES = {"kind": _name, "hand": _one_of(*HANDS), "size": _size}
 _Readers = dict[str, Callable[[Any], Any]]
 ACTIONS: dict[str, tuple[_Readers, _Readers]] = {
@@ -108,6 +111,7 @@ ACTIONS: dict[str, tuple[_Readers, _Readers]] = {
     "add": ({}, {"at": _seconds, "word": _name, "nth": _whole(1), **_SHAPES}),
     "reroll": ({"from": _seconds, "to": _seconds}, {"seed": _whole(0)}),
     "style": ({"at": _seconds, "style": _name}, {}),
+    "feel": ({"at": _seconds}, FEELINGS),
     "pose": ({"at": _seconds, "directions": _vectors(9, 3, unit=True)}, {}),
     "place": ({"from": _seconds, "to": _seconds, "hand": _one_of(*HANDS[:2]), "place": _vectors(3)}, {}),
 }
@@ -164,6 +168,8 @@ def _check_keys_together(action: str, edit: dict) -> None:
         raise ValueError("it ends before it begins")
     if action == "change" and not edit.keys() & _SHAPES.keys():
         raise ValueError("it changes nothing: give kind, hand or size")
+    if action == "feel" and not edit.keys() & FEELINGS.keys():
+        raise ValueError(f"it names no feeling: give {', '.join(FEELINGS)}")
     if action == "add" and ("at" in edit) == ("word" in edit):
         raise ValueError("it needs a time or a word")
     if "nth" in edit and "word" not in edit:

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..motion import limits, rest, skeleton
+from ..motion import face, limits, rest, skeleton
 from ..motion.hands import Hands
-from ..motion.interpolation import ramp
+from ..motion.interpolation import ramp, simplify_polyline
 from ..motion.motion import Motion
+from ..synthesis import curves as curves_
 from ..synthesis import generation, postprocess
 from ..synthesis.request import Request
 from ..synthesis.session import Session
@@ -22,6 +23,8 @@ ALL = tuple(range(len(skeleton.EDGES)))
 """All edges of the skeleton."""
 _BLEND_FRAMES = 5
 """Frames over which hands blend between their old and their new pose."""
+_STRAIGHT, _FACE_EASE = 2e-3, 0.3
+"""Most deviation of a feeling from straight lines between its points, and seconds in which a face changes its mood."""
 _MARGIN = 2
 """Frames outside a span at either end that its joins are measured with."""
 
@@ -35,11 +38,37 @@ class Regenerator:
         self.request = self.performers.request  # with the recording's chance
         self._generated, self._last = np.zeros(self.heard.frames, bool), None
 
-    def turned(self, changes: Sequence[tuple[float, str]]) -> "Regenerator":
-        """Return a regenerator with further style changes, as (seconds, style), or itself if there are none."""
-        if not changes:
+    def turned(self, changes: Sequence[tuple[float, str]], feelings: Sequence[tuple[float, dict]] = ()) -> "Regenerator":
+        """Return a regenerator with further changes of style, as (seconds, style), and of feeling, as (seconds, affects), or
+        itself if there are none.
+        """
+        if not changes and not feelings:
             return self
-        return Regenerator(self.session, self.request.turned(changes), self.stages)
+        return Regenerator(self.session, self.request.turned(changes, self._felt(feelings)), self.stages)
+
+    def _felt(self, feelings: Sequence[tuple[float, dict]]) -> dict[str, list[list[float]]]:
+        """Return the curves of the affects that change: before that what slider and voice are together."""
+        frames, felt = self.heard.frames, {}
+        follows, seconds = curves_.following(self.request, self.heard.affect, frames), np.arange(frames) / skeleton.FPS
+        for name in sorted({name for _, values in feelings for name in values}):
+            own = np.clip(curves_.sample(self.request, name, frames) + follows.get(name, 0.0), -1, 1) + np.zeros(frames)
+            for at, values in sorted((one for one in feelings if name in one[1]), key=lambda one: one[0]):
+                own[seconds >= at] = values[name]
+            kept = simplify_polyline(own, _STRAIGHT)
+            felt[name] = np.stack([seconds[kept], own[kept]], 1).tolist()
+        return felt
+
+    def feeling_face(self, motion: Motion, start: float, stop: float) -> Motion:
+        """Return the take with its face made anew from ``start`` to ``stop`` seconds."""
+        own = self.request.as_performed(motion.directions)
+        made = motion.face and postprocess.synthesize_face(self.request, self.heard, motion.meta.get("take", 0), own)
+        if motion.face is None or made is None:
+            return motion
+        made = made.mirrored() if own is not motion.directions else made
+        time = np.arange(len(made.weights)) / face.RATE
+        share = ramp(time, start - _FACE_EASE, start) * (1 - ramp(time, stop, stop + _FACE_EASE))
+        mixed = motion.face.weights + share[:, None] * (made.weights - motion.face.weights)
+        return replace(motion, face=replace(motion.face, weights=face.round_weights(mixed)))
 
     @property
     def style_times(self) -> list[float]:

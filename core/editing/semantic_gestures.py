@@ -28,9 +28,13 @@ _MIN_RELEASE = 0.5
 """Least seconds for the release."""
 
 
+REST = "rest"
+"""Kind of edit by which no gesture is there: hands go home for a moment."""
+
+
 def gesture_kinds(vocabulary: Vocabulary) -> list[str]:
-    """Return all kinds of gesture that an edit can request."""
-    return [BEAT, *vocabulary.gestures]
+    """Return all kinds of gesture that an edit can request; marks of transcripts (:data:`hints.HINTS`) are understood, too."""
+    return [BEAT, *vocabulary.gestures, REST]
 
 
 def word_time(words: Sequence[tuple[str, float, float]], word: str, nth: int) -> float:
@@ -70,6 +74,7 @@ def place_gesture(
     where there is no room.
     """
     vocabulary, frames = filler.session.vocabulary.gestures, len(state.motion.directions)
+    kind = kind if kind in vocabulary else filler.session.vocabulary.marks.get(kind, kind)
     if kind not in vocabulary:
         raise UsageError(f"there is no kind {kind!r}.", f"Kinds are {', '.join(gesture_kinds(filler.session.vocabulary))}.")
     seconds = vocabulary[kind].seconds

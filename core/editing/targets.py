@@ -9,7 +9,7 @@ from ..errors import UsageError
 from ..motion import skeleton
 from ..motion.motion import Motion
 from . import gestures, regeneration, transitions
-from .edits import active
+from .edits import FEELINGS, active
 from .frame_ranges import FrameRange
 from .regeneration import Regenerator
 
@@ -34,13 +34,15 @@ class State:
     """A take after some edits.
 
     ``held`` ``(frames,)`` marks frames that later edits must not change, ``warnings`` are sentences on what failed, and
-    ``changes`` are the style changes that edits added, as (seconds, style) like those of a request.
+    ``changes`` are the style changes that edits added, as (seconds, style) like those of a request, ``feelings`` the changes of
+    feeling, as (seconds, ``{affect: value}``).
     """
 
     motion: Motion
     held: np.ndarray
     warnings: tuple[str, ...] = ()
     changes: tuple[tuple[float, str], ...] = ()
+    feelings: tuple[tuple[float, dict[str, float]], ...] = ()
 
     @classmethod
     def of(cls, motion: Motion, warnings: Sequence[str] = ()) -> "State":
@@ -56,7 +58,14 @@ class State:
             if edit["do"] in ("pose", "place"):
                 first, last = (edit["at"], edit["at"]) if edit["do"] == "pose" else (edit["from"], edit["to"])
                 held[int(np.floor(first * fps + 1e-6)) : int(np.ceil(last * fps - 1e-6)) + 1] = True
-        return replace(self, held=held, changes=tuple((one["at"], one["style"]) for one in edits if one["do"] == "style"))
+        styled, felt = turns(edits)
+        return replace(self, held=held, changes=styled, feelings=felt)
+
+
+def turns(edits: Sequence[dict]) -> tuple[tuple, tuple]:
+    """Return the changes of style and of feeling that edits make, as a :class:`State` has them."""
+    feelings = ((one["at"], {name: one[name] for name in FEELINGS if name in one}) for one in edits if one["do"] == "feel")
+    return tuple((one["at"], one["style"]) for one in edits if one["do"] == "style"), tuple(feelings)
 
 
 @dataclass(frozen=True)

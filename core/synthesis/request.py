@@ -1,6 +1,6 @@
 """What is asked of a performance, checked, and what comes of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
@@ -76,9 +76,9 @@ class Request(Settings):
         """Return the same request in each of these styles."""
         return [replace(self, style=style) for style in every]
 
-    def turned(self, changes: Sequence[tuple[float, str]]) -> "Request":
-        """Return the request with further style changes, as (seconds, style)."""
-        return replace(self, changes=(*self.changes, *changes))
+    def turned(self, changes: Sequence[tuple[float, str]], curves: Mapping[str, list] = {}) -> "Request":  # noqa: B006
+        """Return the request with further style changes, as (seconds, style), and with other curves by name."""
+        return replace(self, changes=(*self.changes, *changes), curves={**self.curves, **curves})
 
     @property
     def change_times(self) -> list[float]:

@@ -9,7 +9,7 @@ from ...core.editing.edits import OFF
 from .. import provenance
 from ..datablocks import ArmatureObject
 from ..translations import translate, translate_style
-from . import gesture_edits, take_list
+from . import gesture_edits, menu_items, take_list
 
 _NEAR = 0.35
 """Seconds within which a word belongs to a time."""
@@ -35,6 +35,7 @@ def words_of(edit: dict[str, Any], action: bpy.types.Action, label: Callable[[st
         "reroll": lambda: translate("Made anew ({seed}), {when}", seed=edit.get("seed", 0), when=span),
         "rest": lambda: _rest(edit, span),
         "style": lambda: translate("{style} from {when}", style=translate_style(edit["style"]), when=when),
+        "feel": lambda: translate("{style} from {when}", style=menu_items.mood_label(edit), when=when),
         "pose": lambda: translate("Pose kept, {when}", when=when),
         "place": lambda: translate("{hand} at its place, {when}", hand=label(edit["hand"]), when=span),
     }

@@ -9,6 +9,7 @@ import blf
 import bpy
 
 from ...core.editing import gestures
+from ...core.editing.semantic_gestures import REST
 from ...core.errors import CheckpointUnreadable
 from ...core.meaning import vocabulary
 from ...core.model import checkpoint_metadata
@@ -119,11 +120,32 @@ def wrap_text(text: str, room: float = ROOM) -> list[str]:
 
 HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both Hands", ""))
 """Items of the hands of a gesture."""
+_SHOWN = {
+    "shrug": "Shoulders and palms go up: nobody knows", "negation": "A flat hand wipes it away, the head shakes",
+    "refusal": "Both palms stop somebody", "big": "Both hands show how large it is",
+    "small": "Both hands show how little it is", "one": "One finger is shown", "two": "Two fingers are shown",
+    "three": "Three fingers are shown", "me": "A hand goes to the own chest", "you": "An open hand goes to the listener",
+    "here": "A finger points down, in front", "there": "A stretched arm points to the side",
+    "contrast": "One hand weighs against the other", "step": "A hand sets down one thing after the other",
+    "question": "An open hand asks",
+}  # fmt: skip
 KINDS = (
     (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
-    *((name, name.replace("_", " ").capitalize(), "") for name in vocabulary.load_vocabulary().gestures),
+    *((name, name.replace("_", " ").capitalize(), _SHOWN.get(name, "")) for name in vocabulary.load_vocabulary().gestures),
+    ("point", "Point", "A stretched arm points to the side"),
+    (REST, "Rest", "No gesture: both hands go home for a moment"),
 )
-"""Items of the kinds of a gesture."""
+"""Items of the kinds of a gesture, each with what it shows."""
+MOODS = (
+    ("excited", "Excited", "Large, fast, high and often", {"arousal": 1.0}),
+    ("sleepy", "Sleepy", "Small, slow, low and seldom", {"arousal": -1.0}),
+    ("pleased", "Pleased", "Open, arms away from the body", {"valence": 1.0}),
+    ("displeased", "Displeased", "Closed, arms near the body", {"valence": -1.0}),
+    ("leading", "In Command", "Broad and upright", {"dominance": 1.0}),
+    ("timid", "Timid", "Narrow and held back", {"dominance": -1.0}),
+    ("plain", "Neither", "No feeling, whatever the voice says", {"arousal": 0.0, "valence": 0.0, "dominance": 0.0}),
+)
+"""Feelings: name, label, what they look like, and affects."""
 _LABELS = {name: label for name, label, _ in (*KINDS, *HANDS)}
 
 
@@ -144,6 +166,13 @@ TEMPERAMENTS = {
     "Reserved": ("deadpan", "nervous", "shy student", "skeptic", "stern", "technician", "tired"),
 }
 """Headings of the menu of the shipped styles, by what their descriptions say, and the styles below each."""
+
+
+def mood_label(affects: dict[str, float]) -> str:
+    """Return the labels of the feelings that affects are, with how much of each."""
+    single = [(label, *next(iter(felt.items()))) for _, label, _, felt in MOODS if len(felt) == 1]
+    parts = [f"{translate(label)} {abs(affects[name]):.2g}" for label, name, one in single if affects.get(name, 0) * one > 0]
+    return ", ".join(parts) or translate("Neither")
 
 
 def style_items(settings: Any, context: Context) -> list[tuple]:

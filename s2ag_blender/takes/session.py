@@ -2,12 +2,15 @@
 
 import time
 from collections.abc import Generator
+from typing import cast
+
+import bpy
 
 from ...core.errors import Cancelled, S2agError
-from ..datablocks import ArmatureObject, Context
+from ..datablocks import ArmatureObject, Context, current_context
 from ..engine import errors_log
 from ..translations import translate, translate_error
-from . import engine_requests, generate, stages
+from . import engine_requests, generate, stages, stored_settings, take_list
 
 SLICE = 0.02
 """Seconds of keying before Blender may draw again; a single slice of a take can take longer."""
@@ -81,6 +84,8 @@ RUNS: dict[int, Run] = {}
 """Current runs by the character's ``session_uid``."""
 MESSAGES: dict[int, list[tuple[str, str]]] = {}
 """Messages of the last runs by ``session_uid``, as (text, icon)."""
+_CAUSES: dict[int, tuple] = {}
+"""What errors among them were about (:func:`_cause`): once that changes they are not shown any more."""
 
 
 def run_of(armature: ArmatureObject | None) -> Run | None:
@@ -89,8 +94,21 @@ def run_of(armature: ArmatureObject | None) -> Run | None:
 
 
 def messages(armature: ArmatureObject) -> list[tuple[str, str]]:
-    """Return the messages of a character's last run, as (text, icon)."""
-    return MESSAGES.get(armature.session_uid, [])
+    """Return the messages of a character's last run, as (text, icon); errors leave with what caused them."""
+    uid = armature.session_uid
+    if uid in _CAUSES and uid in MESSAGES and _CAUSES[uid] != _cause(armature):
+        return []
+    return MESSAGES.get(uid, [])
+
+
+def _cause(armature: ArmatureObject) -> tuple:
+    """Return what an error can be about: the settings, the shown take and its markers, and what is chosen in the scene."""
+    scene, take = current_context().scene, take_list.active(armature)
+    marks = [] if take is None else [(one.name, one.frame, one.select) for one in take.action.pose_markers]
+    chosen = [(one.name, one.frame) for one in scene.timeline_markers if one.select]
+    preview = scene.use_preview_range and (scene.frame_preview_start, scene.frame_preview_end)
+    target = armature.s2ag.target.name if armature.s2ag.target else ""
+    return str(stored_settings.snapshot(armature.s2ag)), take and take.action.name, str(marks), str(chosen), preview, target
 
 
 def fail(uid: int, error: S2agError) -> str:
@@ -99,6 +117,9 @@ def fail(uid: int, error: S2agError) -> str:
     if error.remedy:
         lines.append((translate(error.remedy), "BLANK1"))
     MESSAGES[uid] = lines
+    armature = next((one for one in bpy.data.objects if one.session_uid == uid), None)
+    if armature is not None:
+        _CAUSES[uid] = _cause(cast(ArmatureObject, armature))
     errors_log.save(error)
     return translate_error(error)
 
@@ -109,3 +130,4 @@ def clear() -> None:
         run.cancel()
     RUNS.clear()
     MESSAGES.clear()
+    _CAUSES.clear()

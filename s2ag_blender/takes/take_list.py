@@ -128,10 +128,15 @@ def discard(armature: ArmatureObject, action: bpy.types.Action) -> None:
         bpy.data.actions.remove(action)
 
 
+def others(armature: ArmatureObject) -> list[int]:
+    """Return the numbers of takes that are neither kept nor selected."""
+    settings = armature.s2ag
+    return [number for number, take in enumerate(settings.takes) if not take.keep and number != settings.active_take]
+
+
 def delete_others(armature: ArmatureObject) -> int:
     """Delete takes that are neither kept nor selected; return their number."""
-    settings = armature.s2ag
-    doomed = [number for number, take in enumerate(settings.takes) if not take.keep and number != settings.active_take]
+    doomed = others(armature)
     delete(armature, doomed)
     return len(doomed)
 

@@ -7,6 +7,7 @@ import bpy
 
 from ...core.editing.edits import LARGEST, LEAST
 from ...core.errors import UsageError
+from ...core.settings import AFFECTS
 from ..datablocks import Context
 from ..takes import decisions, gesture_edits, menu_items, take_list
 from ..takes.operator_base import character
@@ -17,6 +18,7 @@ from .panel import Sidebar
 
 _CHANGEABLE = {
     "move": ("to",), "change": ("kind", "hand", "size"), "add": ("kind", "hand", "size"), "reroll": ("seed",), "rest": ("how",),
+    "feel": ("arousal", "valence", "dominance"),
 }  # fmt: skip
 """What can be changed about an edit."""
 
@@ -70,6 +72,9 @@ class S2AG_OT_change_decision(_OnDecision, bpy.types.Operator):
         name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST
     )
     seed: bpy.props.IntProperty(name="Seed", description="Another seed is another performance", min=0)
+    arousal: bpy.props.FloatProperty(name="Energy", min=-1.0, max=1.0, subtype="FACTOR")
+    valence: bpy.props.FloatProperty(name="Mood", min=-1.0, max=1.0, subtype="FACTOR")
+    dominance: bpy.props.FloatProperty(name="Confidence", min=-1.0, max=1.0, subtype="FACTOR")
     how: bpy.props.EnumProperty(name="How", description="How much the passage rests", items=RESTS)
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
@@ -81,6 +86,7 @@ class S2AG_OT_change_decision(_OnDecision, bpy.types.Operator):
     def load(self, edit: dict[str, Any]) -> None:
         """Show what the edit asks for now."""
         usual = {"kind": "keep", "hand": "keep", "size": 1.0, "seed": 0, "how": "none", "to": 0.0}
+        usual |= dict.fromkeys(AFFECTS, 0.0)
         for name in _CHANGEABLE.get(edit["do"], ()):
             setattr(self, name, edit.get(name, usual[name]))
 
@@ -92,7 +98,7 @@ class S2AG_OT_change_decision(_OnDecision, bpy.types.Operator):
     def changed(self, edits: list[dict]) -> list[dict]:
         edit = dict(edits[self.number])
         for name in _CHANGEABLE.get(edit["do"], ()):
-            value = round(getattr(self, name), 4) if name in ("to", "size") else getattr(self, name)
+            value = round(getattr(self, name), 4) if isinstance(getattr(self, name), float) else getattr(self, name)
             edit[name] = value
             if value == "keep" or (name == "size" and value == 1) or (name == "how" and value == "none"):
                 del edit[name]

@@ -9,14 +9,14 @@ from ...core.editing.edits import LARGEST, LEAST
 from ...core.errors import UsageError
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Context
-from ..takes import constraints, generate, gesture_edits, menu_items, take_list
+from ..takes import constraints, generate, gesture_edits, take_list
 from ..takes.menu_items import HANDS, KINDS
 from ..translations import translate
 from .bases import OperatorResult, require_character
 from .take_ops import OfTake, OnTake, selected
 
 AS_IT_IS = ("keep", "As It Is", "")
-_RESET: Any = {"SKIP_SAVE"}  # else Blender starts with the values of the last press: a changed hand also grows
+RESET: Any = {"SKIP_SAVE"}  # else Blender starts with the values of the last press: a changed hand also grows
 _REMEMBERED: Any = {"HIDDEN", "SKIP_SAVE"}
 _SEARCH_ITEMS: list[tuple[str, str, str]] = []  # Blender does not keep the strings of enum items alive
 
@@ -113,7 +113,7 @@ class S2AG_OT_delete_gesture(Directing, bpy.types.Operator):
             ("PLAYHEAD", "At the Playhead", "The gesture that is nearest to the current frame"),
             ("SELECTED", "Selected Gestures", "All gestures whose pose markers are selected, in one step"),
         ),
-        options=_RESET,
+        options=RESET,
     )
 
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
@@ -131,10 +131,10 @@ class S2AG_OT_change_gesture(Directing, bpy.types.Operator):
     bl_idname = "s2ag.change_gesture"
     bl_label = "Change Gesture"
 
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(AS_IT_IS, *KINDS), options=_RESET)
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=_RESET)
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(AS_IT_IS, *KINDS), options=RESET)
+    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=_RESET
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=RESET
     )
 
     def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
@@ -151,10 +151,10 @@ class S2AG_OT_add_gesture(Directing, bpy.types.Operator):
     bl_label = "Add Gesture"
     at_gesture = False
 
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=KINDS, options=_RESET)
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=_RESET)
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=KINDS, options=RESET)
+    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=_RESET
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=RESET
     )
     word: bpy.props.IntProperty(default=-1, options={"HIDDEN", "SKIP_SAVE"})  # number of a word to add it at
 
@@ -170,6 +170,7 @@ def _word_items(operator: Any, context: Any) -> list[tuple[str, str, str]]:
     take = selected(context)[1]
     words = gesture_edits.stored_words(take.action) if take is not None else []
     _SEARCH_ITEMS[:] = [(str(number), f"{word}  {start:.1f} s", "") for number, (word, start, _) in enumerate(words)]
+    _SEARCH_ITEMS[:] = _SEARCH_ITEMS or [("0", "", "")]  # Blender complains of a menu without items
     return _SEARCH_ITEMS
 
 
@@ -249,25 +250,6 @@ class S2AG_OT_rest_range(Directing, bpy.types.Operator):
         return gesture_edits.edits_of(action), [{"do": "rest", "from": first, "to": last, **how}]
 
 
-def _style_items(operator: Any, context: Any) -> list[tuple]:
-    """Return the items of the styles of the gesture model."""
-    armature = selected(context)[0]
-    return [one for one in menu_items.style_items(armature and armature.s2ag, context) if one[0] != menu_items.WRITTEN]
-
-
-class S2AG_OT_style_from(Directing, bpy.types.Operator):
-    """Perform in another style from the playhead on, up to the next change of style"""
-
-    bl_idname = "s2ag.style_from"
-    bl_label = "Style from Here"
-    at_gesture = False
-
-    style: bpy.props.EnumProperty(name="Style", description="Who performs from here on", items=_style_items, options=_RESET)
-
-    def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
-        return {"do": "style", "at": self.moment(context, action), "style": self.style}
-
-
 class S2AG_OT_keep_pose(Directing, bpy.types.Operator):
     """Keep what is keyed now: gestures flow into these poses and out of them, and later edits leave them"""
 
@@ -325,7 +307,6 @@ CLASSES = (
     S2AG_OT_add_at_word,
     S2AG_OT_reroll_range,
     S2AG_OT_rest_range,
-    S2AG_OT_style_from,
     S2AG_OT_keep_pose,
     S2AG_OT_keep_place,
 )

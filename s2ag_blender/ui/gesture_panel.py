@@ -121,6 +121,7 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
             button: Any = row.operator_menu_enum("s2ag.rest_range", "what", text=text, translate=False)
             button.how = how
         column.operator_menu_enum("s2ag.style_from", "style", icon="COMMUNITY")
+        column.operator_menu_enum("s2ag.feeling_from", "mood", icon="HEART")
         row = layout.row(align=True)
         row.operator_menu_enum("s2ag.add_gesture", "kind", text="Add Gesture", icon="ADD")
         row.operator_menu_enum("s2ag.add_at_word", "kind", text="", icon="VIEWZOOM")
@@ -136,14 +137,17 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
         column.operator_menu_enum("s2ag.keep_pose", "what", icon="PINNED")
         settings = armature.s2ag
         column.prop(settings, "target", text="")
-        row = column.row(align=True)
+        row = column.column(align=True)
         row.enabled = settings.target is not None
         row.operator_menu_enum("s2ag.keep_place", "hand", text="Hand at Object", icon="VIEW_PAN")
+        button = row.operator_menu_enum("s2ag.keep_place", "hand", text="Point", icon="TRACKER")
+        button.pointing = True
 
 
 def draw_markers(layout: bpy.types.UILayout, take: Any, context: Context) -> None:
     """Draw the button that applies moved markers, with their number; without any, a hint how to move them."""
-    count = len(gesture_edits.edits_from_markers(take.action, context.scene))
+    edits = gesture_edits.edits_from_markers(take.action, context.scene)
+    count = sum(len(edit["at"]) if isinstance(edit["at"], list) else 1 for edit in edits)
     if count:
         text = translate("Apply Moved Markers ({count})", count=count)
         layout.operator("s2ag.apply_markers", text=text, icon="MARKER_HLT", translate=False)

@@ -34,6 +34,9 @@ class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
         for name in ("show_markers", "apply_markers", "add_gesture", "add_at_word", "change_gesture", "delete_gesture"):
             layout.operator(f"s2ag.{name}")
         layout.operator_menu_enum("s2ag.reroll_range", "what")
+        layout.operator_menu_enum("s2ag.style_from", "style")
+        layout.operator_menu_enum("s2ag.feeling_from", "mood")
+        layout.operator_menu_enum("s2ag.mark_style", "style")
         layout.operator_menu_enum("s2ag.keep_pose", "what")
         for name in ("keep_place", "follow_sound", "flip_version", "drop_versions"):
             layout.operator(f"s2ag.{name}")

@@ -63,7 +63,8 @@ _PARTNER = "Another character, or what stands for one: it is looked at, and list
 def _factor(name: str, description: str, default: float, high: float = 1.5, update: Any = None) -> Any:
     """Return a float property from 0 to ``high``."""
     return bpy.props.FloatProperty(
-        name=name, description=description, default=default, min=0.0, max=high, precision=2, override=EDITABLE, update=update
+        name=name, description=description, default=default, min=0.0, max=high, precision=2, override=EDITABLE, update=update,
+        subtype="FACTOR",
     )
 
 

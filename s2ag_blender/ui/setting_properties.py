@@ -26,10 +26,11 @@ def _property(one: Setting) -> Any:
     """Return the deferred Blender property of a setting."""
     about: dict = {"name": one.label, "description": one.tip, "override": EDITABLE}
     about |= {"update": update_preview} if one.previewed else {}
+    about |= {} if one.curve else {"options": set()}  # a key on what cannot vary is refused
     if one.kind == "flag":
         return bpy.props.BoolProperty(default=one.usually, **about)
     if one.kind == "path":
-        return bpy.props.StringProperty(subtype="FILE_PATH", options=compat.RELATIVE, **about)
+        return bpy.props.StringProperty(subtype="FILE_PATH", **{**about, "options": compat.RELATIVE})
     if one.kind == "style":
         search: Any = menu_items.search_styles
         return bpy.props.StringProperty(search=search, search_options={"SUGGESTION"}, **about)
@@ -41,6 +42,7 @@ def _property(one: Setting) -> Any:
     about |= {"default": one.usually if one.shown is None else one.shown}
     if one.kind == "whole":
         return bpy.props.IntProperty(**about)
+    about |= {"subtype": "FACTOR"} if one.low is not None else {}
     return bpy.props.FloatProperty(precision=2, **({"step": _CONTROL_STEP} if one.control else {}), **about)
 
 
@@ -68,4 +70,6 @@ def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: b
             blocks[block].active = getattr(settings, one.switch) if one.switch else steered
         about = {"text": one.short} if one.short else {}
         about |= {"slider": True} if one.kind in ("number", "side") else {}
-        blocks.get(block, layout).prop(settings, identifier, **about)
+        place = blocks.get(block, layout)
+        place.use_property_decorate = one.curve  # a dot beside what can be keyed
+        place.prop(settings, identifier, **about)

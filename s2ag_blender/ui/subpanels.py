@@ -96,6 +96,7 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
         if heard:
             layout.label(text=translate("Heard: {arousal}, {valence}, {dominance}", **heard), icon="SOUND")
             layout.operator("s2ag.key_heard", icon="FCURVE")
+        layout.operator_menu_enum("s2ag.mark_style", "style", icon="MARKER")
         layout.prop(settings, "partner")
         draw_group(layout, settings, "talk")
         if not controls:

@@ -174,6 +174,13 @@ class S2AG_OT_delete_others(OnTake, bpy.types.Operator):
     bl_idname = "s2ag.delete_others"
     bl_label = "Delete Others"
 
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        doomed = take_list.others(require_character(context))
+        if len(doomed) < 2:
+            return self.execute(context)
+        question = translate("Delete {count} takes that are neither kept nor selected?", count=len(doomed))
+        return context.window_manager.invoke_confirm(self, event, title=question)
+
     def execute(self, context: Context) -> OperatorResult:
         count = take_list.delete_others(require_character(context))
         self.report({"INFO"}, translate("{count} takes deleted", count=count))

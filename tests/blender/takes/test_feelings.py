@@ -1,0 +1,60 @@
+"""Feelings from here, rests and points among the kinds, errors that leave, and keys on what can vary alone."""
+
+import bpy
+import pytest
+from acted import now, press
+from s2ag.s2ag_blender.takes import decisions, gesture_edits, menu_items, session, take_list
+from s2ag.s2ag_blender.ui import decisions as panel
+
+
+def test_a_feeling_begins_at_the_playhead_and_is_a_decision_that_can_be_changed(speaker, take):
+    bpy.context.scene.frame_set(90)
+    at = gesture_edits.seconds_at(take, bpy.context.scene, 90)
+    assert press(bpy.ops.s2ag.feeling_from, mood="excited", strength=0.5) == {"FINISHED"}
+    (edit,) = gesture_edits.edits_of(now(speaker))
+    assert edit == {"do": "feel", "at": pytest.approx(at, abs=1e-3), "arousal": 0.5}
+    words = decisions.words_of(edit, now(speaker), menu_items.gesture_label)
+    assert words.startswith("Excited 0.5 from ")
+    assert press(bpy.ops.s2ag.change_decision, number=0, arousal=-0.4, valence=0.0, dominance=0.0) == {"FINISHED"}
+    assert gesture_edits.edits_of(now(speaker))[0]["arousal"] == pytest.approx(-0.4)
+    assert "feel" in panel._CHANGEABLE
+
+
+def test_rest_and_point_are_kinds_and_every_kind_says_what_it_shows(speaker, take):
+    assert {"point", "rest"} <= {name for name, *_ in menu_items.KINDS} and all(text for *_, text in menu_items.KINDS)
+    one = gesture_edits.shown_gestures(take, bpy.context.scene)[3]
+    bpy.context.scene.frame_set(one.frame)
+    assert press(bpy.ops.s2ag.change_gesture, kind="rest") == {"FINISHED"}
+    left = gesture_edits.shown_gestures(now(speaker), bpy.context.scene)
+    assert all(abs(other.at - one.at) > 0.2 for other in left)
+    bpy.context.scene.frame_set(one.frame)
+    assert press(bpy.ops.s2ag.add_gesture, kind="point") == {"FINISHED"}
+    left = gesture_edits.shown_gestures(now(speaker), bpy.context.scene)
+    assert any(other.kind == "there" and abs(other.at - one.at) < 0.15 for other in left)
+
+
+def test_an_error_leaves_with_what_caused_it(speaker, take):
+    scene = bpy.context.scene
+    scene.use_preview_range = False
+    with pytest.raises(RuntimeError, match="No preview range"):
+        bpy.ops.s2ag.rest_range(what="PREVIEW")
+    assert "No preview range" in session.messages(speaker)[0][0]
+    scene.use_preview_range = True
+    scene.frame_preview_start, scene.frame_preview_end = 30, 90
+    assert session.messages(speaker) == []
+
+
+def test_sliders_that_cannot_vary_take_no_keys(speaker):
+    assert speaker.keyframe_insert("s2ag.arousal", frame=1)
+    with pytest.raises(TypeError, match="not animatable"):
+        speaker.keyframe_insert("s2ag.meaning", frame=1)
+
+
+def test_a_style_marker_is_put_at_the_playhead(speaker, take):
+    bpy.context.scene.frame_set(77)
+    assert bpy.ops.s2ag.mark_style(style="calm lecturer") == {"FINISHED"}
+    assert [(one.name, one.frame) for one in bpy.context.scene.timeline_markers][-1] == ("as calm lecturer", 77)
+
+
+def test_what_is_deleted_with_the_others_is_counted(speaker, take):
+    assert take_list.others(speaker) == []
