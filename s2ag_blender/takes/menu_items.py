@@ -132,7 +132,6 @@ _SHOWN = {
 KINDS = (
     (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
     *((name, name.replace("_", " ").capitalize(), _SHOWN.get(name, "")) for name in vocabulary.load_vocabulary().gestures),
-    ("point", "Point", "A stretched arm points to the side"),
     (REST, "Rest", "No gesture: both hands go home for a moment"),
 )
 """Items of the kinds of a gesture, each with what it shows."""

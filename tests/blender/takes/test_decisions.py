@@ -79,7 +79,8 @@ def test_a_passage_rests_between_markers_of_any_kind(speaker, take):
     assert press(bpy.ops.s2ag.rest_range, what="MARKERS") == {"FINISHED"}
     (edit,) = gesture_edits.edits_of(now(speaker))
     assert edit["do"] == "rest"
-    assert sum(edit["from"] <= one.at <= edit["to"] for one in shown(speaker)) <= 1
+    # Going home at the begin and rising again at the end may each be fast enough for a stroke.
+    assert not [one for one in shown(speaker) if edit["from"] + 1 <= one.at <= edit["to"] - 1]
 
 
 def test_several_are_deleted_in_one_edit(speaker, take):

@@ -204,7 +204,7 @@ def test_the_list_follows_the_playhead_and_leads_it(speaker, take):
 
 def test_every_kind_of_the_vocabulary_can_be_asked_for(extension):
     kinds = bpy.ops.s2ag.add_gesture.get_rna_type().properties["kind"].enum_items.keys()
-    assert kinds == ["beat", *vocabulary.load_vocabulary().gestures]
+    assert kinds == ["beat", *vocabulary.load_vocabulary().gestures, "rest"]
 
 
 def test_gestures_lie_where_they_are_made_whatever_the_speed(speaker, take):
