@@ -21,7 +21,7 @@ SLOW = ("-m", "slow or not slow")
 BLENDER = ROOT / "tests" / "blender"
 RIGS = [BLENDER / "rig", BLENDER / "keys", *BLENDER.glob("*/test_*survey.py")]
 PRESSED = ["bone_maps", "drop", "expectations", "learn", "operators", "presets", "settings", "try_it"]
-EXTENSION = [BLENDER / "takes", *(BLENDER / "ui" / f"test_{name}.py" for name in PRESSED), BLENDER / "test_translations.py"]
+EXTENSION = [BLENDER / "takes", *(BLENDER / "ui" / f"test_{name}.py" for name in PRESSED), *BLENDER.glob("test_transl*.py")]
 WHOLE = [BLENDER, ROOT / "tests" / "rigs", ROOT / "tests" / "test_extension.py"]
 """Tests that run beside a Blender: all of its side, or what touches what differs between versions."""
 

@@ -5,7 +5,6 @@ import json
 import re
 import string
 import unicodedata
-from pathlib import Path
 
 import bpy
 import pytest
@@ -19,15 +18,14 @@ from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import menu_items, stages
 from s2ag.s2ag_blender.ui import bone_maps, setting_properties
 from s2ag.s2ag_blender.ui.properties import S2AG_Settings
+from translated_texts import FOLDER, lacking, literals, template
 
-FOLDER = Path(__file__).resolve().parents[2] / "s2ag_blender"
 PRESETS = FOLDER.parent / "presets"
 SHOWN = {"text", "heading"}
 TOLD = {"translate": 0, "_row": 1, "pgettext_rpt": 0, "pgettext_iface": 0}
 REFUSED = {"report": 1, "poll_message_set": 0}
 """Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
 SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
-WARNING = ("warnings.append", "self.warn", "self._tell")
 NAMES = {"S2AG", "PyTorch", "Python", "Version", "Take", "Takes", "BVH", "FBX", "GLB", "Frames", "Hand L", "Hand R"}
 """What may be the same in another language."""
 STOPS = (".", "。")
@@ -58,17 +56,6 @@ def calls():
                 function = node.func
                 name = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
                 yield path, name, node
-
-
-def literals(node):
-    """Texts that an expression can become: itself, or the branches of a choice."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        return [node.value]
-    if isinstance(node, ast.IfExp):
-        return literals(node.body) + literals(node.orelse)
-    if isinstance(node, ast.BoolOp):
-        return [text for value in node.values for text in literals(value)]
-    return []
 
 
 def texts_of_calls():
@@ -166,13 +153,6 @@ def wanted():
     found -= stages.SHOWN.keys()
     found |= {bpy.path.display_name(path.name, title_case=False) for path in PRESETS.rglob("*.py")}
     return {text for text in found if any(letter.isalpha() for letter in text)}
-
-
-def lacking(texts, folder, locale):
-    """Texts that a table lacks, in a form to paste there; one that has no translation yet stands there as ``""``."""
-    path = FOLDER / "translations" / folder / f"{locale}.json"
-    missing = dict.fromkeys(sorted(set(texts) - json.loads(path.read_text("utf-8")).keys()), "")
-    return missing and f"{path}:\n" + json.dumps(missing, indent=1, ensure_ascii=False)
 
 
 @pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
@@ -291,75 +271,10 @@ def test_every_word_of_ours_is_looked_up_among_ours(extension):
             assert prop.translation_context == translations.CONTEXT, (cls, prop.identifier)
 
 
-def template(node):
-    """An error's text as the table has it: a hole for each name or number."""
-    if isinstance(node, ast.JoinedStr):
-        return ["".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)]
-    if isinstance(node, ast.IfExp):
-        return template(node.body) + template(node.orelse)
-    return literals(node)
-
-
-ELSEWHERE = (
-    *("core/cli", "core/batch", "core/study", "core/learning", "core/sampling", "core/vectors/build.py"),
-    *("core/model/config.py", "core/model/checkpoint_import.py", "core/model/safe_pickle.py"),
-    *("s2ag_blender/render/job.py", "s2ag_blender/render/sheet.py", "s2ag_blender/program.py", "s2ag_blender/ui/command.py"),
-)
-"""What runs in other processes, for other people."""
-
-
-def texts_of_errors():
-    """Message and remedy of every error, and every warning, that can reach Blender."""
-    kinds = {name for name, value in vars(errors).items() if isinstance(value, type) and issubclass(value, errors.S2agError)}
-    for path in (path for folder in ("core", "rigs", "s2ag_blender") for path in (FOLDER.parent / folder).rglob("*.py")):
-        place = path.relative_to(FOLDER.parent).as_posix()
-        if place.startswith(ELSEWHERE):
-            continue
-        tree = ast.parse(path.read_text("utf-8"))
-        named = {}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-                named.setdefault(node.targets[0].id, []).extend(template(node.value))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in kinds | {"cls", "_lose"}:
-                for argument in node.args[:2]:
-                    yield from named.get(argument.id, []) if isinstance(argument, ast.Name) else template(argument)
-            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(WARNING) and len(node.args) == 1:
-                yield from template(node.args[0])
-
-
-@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
-def test_every_error_has_a_translation(locale):
-    said = {text for text in texts_of_errors() if sum(letter.isalpha() for letter in text) > 7}
-    assert not (missing := lacking(said, "errors", locale)), missing
-    for text, translated in translations.errors(locale).items():
-        assert text.endswith(".") == translated.endswith(STOPS), text
-        names = [f"<{number}>" for number in range(text.count("{}"))]
-        assert sorted(re.findall(r"<\d>", translated.format(*names))) == names, text
-
-
-@pytest.mark.parametrize("locale", sorted(translations.LANGUAGES))
-def test_an_error_keeps_its_names_at_their_places(locale):
-    """Translations that turn the sentence round number its names."""
-    told = translations.translate_sentence(locale, "The recording /a {b} c.wav does not exist.")
-    assert "/a {b} c.wav" in told and "does not" not in told
-    told = translations.translate_sentence(locale, 'Write {"sch": "SH", "a": "AA", ...}.')
-    assert '{"sch": "SH", "a": "AA", ...}' in told and not told.startswith("Write")
-    turned = translations.translate_sentence(locale, "a.csv is cut off: it ends after 2 s where its header promises 9 s.")
-    assert all(turned.count(name) == 1 for name in ("a.csv", "2", "9")) and "header" not in turned
-
-
 def test_a_neighbouring_country_reads_its_language():
     """Where Blender follows the system, Austria's locale is no German one of Blender's list."""
     assert [translations._ours(one) for one in ("de_AT", "de", "ja_JP", "zh_HANS")] == ["de_DE", "de_DE", "ja_JP", "zh_HANS"]
     assert [translations._ours(one) for one in ("en_US", "zh_HANT", "zh_TW", "fr_FR", "")] == [""] * 5
-
-
-def test_errors_are_told_in_german_with_their_names():
-    told = translations.translate_sentence("de_DE", "The recording /a {b} c.wav does not exist.")
-    assert told == "Die Aufnahme /a {b} c.wav gibt es nicht."
-    assert translations.translate_sentence("de_DE", "Nobody thought of this.") == "Nobody thought of this."
-    assert translations.translate_sentence("de_DE", "There is no Python in /a/b.") == "In /a/b ist kein Python."
 
 
 def test_the_scan_sees_what_is_there(extension):

@@ -157,3 +157,16 @@ def test_no_connection_is_opened_while_gestures_are_made(examples, tmp_path):
         assert subprocess.run(probe).returncode == 77  # the hook does its work
     finally:
         os.environ["PYTHONPATH"] = environment
+
+
+def test_interpreter_is_the_named_one_or_this_one(monkeypatch):
+    assert client.find_interpreter(sys.executable) == sys.executable
+    monkeypatch.setenv("S2AG_PYTHON", "/no/such/python")
+    with pytest.raises(WorkerFailed, match="/no/such/python"):
+        client.find_interpreter()
+    monkeypatch.setenv("S2AG_PYTHON", "")
+    assert client.find_interpreter() == sys.executable
+    monkeypatch.setattr(client.sys, "executable", "/usr/bin/blender")
+    with pytest.raises(WorkerFailed, match="Blender's own Python cannot be started") as caught:
+        client.find_interpreter()
+    assert "S2AG_PYTHON" in caught.value.remedy

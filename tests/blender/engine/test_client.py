@@ -13,7 +13,7 @@ from s2ag.core.errors import Cancelled, EngineMissing, S2agError, UsageError, Wo
 from s2ag.core.motion.motion import Motion
 from s2ag.core.worker import interpreter
 from s2ag.s2ag_blender.engine import client as module
-from s2ag.s2ag_blender.engine.client import WorkerClient, find_interpreter
+from s2ag.s2ag_blender.engine.client import WorkerClient
 
 HELLO = """import json
 for line in open(0):
@@ -246,19 +246,6 @@ def test_close_ends_jobs_and_process(start):
     if os.name != "nt":
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
-
-
-def test_interpreter_is_the_named_one_or_this_one(monkeypatch):
-    assert find_interpreter(sys.executable) == sys.executable
-    monkeypatch.setenv("S2AG_PYTHON", "/no/such/python")
-    with pytest.raises(WorkerFailed, match="/no/such/python"):
-        find_interpreter()
-    monkeypatch.setenv("S2AG_PYTHON", "")
-    assert find_interpreter() == sys.executable
-    monkeypatch.setattr(module.sys, "executable", "/usr/bin/blender")
-    with pytest.raises(WorkerFailed, match="Blender's own Python cannot be started") as caught:
-        find_interpreter()
-    assert "S2AG_PYTHON" in caught.value.remedy
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from heard_words import words_are_heard
 from s2ag.core.errors import S2agError
 from s2ag.core.learning.corpus import (
     acting,
@@ -22,7 +23,6 @@ from s2ag.core.learning.corpus import (
     vocal_delivery,
     voices,
 )
-from s2ag.core.words.align import align_words
 
 MATERIAL = Path(__file__).parents[3].parent / "shared" / "data"
 needs_material = pytest.mark.skipif(not (MATERIAL / "emobank").is_dir(), reason="../shared is absent")
@@ -59,19 +59,6 @@ def pitch_of(audio: np.ndarray) -> np.ndarray:
     coarse, times = pyworld.dio(audio, RATE, f0_floor=60, f0_ceil=500)
     f0 = pyworld.stonemask(audio, coarse, times, RATE)
     return f0[f0 > 0]
-
-
-def words_are_heard(audio: np.ndarray, words) -> float:
-    """Median distance in seconds between given starts and the aligner's; asserts order and bounds."""
-    starts = [word.start for word in words]
-    assert starts == sorted(starts) and all(w.start < w.end for w in words)
-    assert starts[0] >= 0 and words[-1].end <= len(audio) / RATE
-    assert all(w.start - 0.01 <= w.vowel[0] < w.vowel[1] <= w.end + 0.01 for w in words)
-    spans, _ = align_words(audio.astype(np.float32), [[word.text] for word in words])
-    return float(np.median([abs(a - word.start) for (a, _), word in zip(spans, words, strict=True)]))
-
-
-# --- which talks there are
 
 
 @needs_material
@@ -116,9 +103,6 @@ def test_any_beginning_has_all_splits_voices_and_ways_to_act_in_their_shares():
 def test_punctuation_is_found_after_its_word():
     assert texts.closing_marks("Well, didn't she go? yes: so") == [",", "", "", "?", ":", ""]
     assert len(texts.closing_marks(TEXT)) == len(sentence().words)
-
-
-# --- acting
 
 
 def test_acting_passes_through_what_people_do_and_is_nothing_at_neutral():
@@ -257,9 +241,6 @@ def test_pauses_move_the_words_after_them():
     assert moved[0] == words[0] and (moved[1].start, moved[1].end, moved[1].vowel) == (9100, 10000, (9200, 9500))
 
 
-# --- voices
-
-
 @needs_flite
 @pytest.mark.parametrize("name", flite.NAMES)
 def test_flite_says_where_its_words_are_and_keeps_the_tempo_asked(name):
@@ -307,9 +288,6 @@ def test_words_known_by_times_alone_get_vowel_stress_and_pause():
     first, second = voices.words_from_times(audio, ("captain", "the"), spans)
     assert 5400 <= first.vowel[0] < first.vowel[1] <= 9000
     assert first.stress == 2 and second.stress == 0 and first.pause == -1 and second.pause == (11200 + len(audio)) // 2
-
-
-# --- whole talks and their cache
 
 
 @needs_flite
@@ -363,60 +341,3 @@ def test_a_stopped_cache_goes_on_and_keeps_what_it_has(tmp_path, capfd):
     capfd.readouterr()
     assert speech_cache.main(["--material", str(out), "--out", str(out)]) == 2
     assert "holds no emobank" in capfd.readouterr().err
-
-
-# --- people
-
-
-@needs_material
-def test_the_sonnet_is_the_one_for_training():
-    audio, placed, closings, numbers = human_speech.sonnet(MATERIAL)
-    assert [word.text for word in placed[1:5]] == ["from", "fairest", "creatures", "we"]
-    assert len(placed) == len(closings) == len(numbers) > 100 and closings.count(":") >= 3 and max(numbers) == 14
-    starts = [word.start for word in placed]
-    assert starts == sorted(starts) and placed[-1].end <= len(audio)
-
-
-@needs_kathleen
-def test_each_of_kathleens_sentences_is_of_one_split_and_in_one_talk():
-    scripts = kathleen.scripts(str(MATERIAL), 0)
-    spoken = [said for script in scripts for said in script.sentences]
-    assert len(spoken) == len({said.text for said in spoken}) > 1000
-    assert all({said.split for said in script.sentences} == {script.split} for script in scripts)
-    share = Counter(said.split for said in spoken)
-    assert share[1] / len(spoken) == pytest.approx(0.1, abs=0.03) == share[2] / len(spoken)
-    assert {script.split for script in scripts[:15]} == {0, 1, 2}
-
-
-@needs_kathleen
-def test_kathleens_words_are_where_they_are_heard_also_when_she_acts():
-    pytest.importorskip("pyworld")
-    talks = speech.talks(str(MATERIAL), 0)
-    natural = next(talk for talk in talks if talk.kind == kathleen.KIND)
-    acted = next(talk for talk in talks if talk.script is natural.script and talk.acting != "natural")
-    for talk in (natural, acted):
-        spoken = speech.make(str(MATERIAL), talk.index, 0)
-        assert 35 < spoken.duration < 80 and len(spoken.affect) > 0.8 * len(talk.script.sentences)
-        assert words_are_heard(spoken.clean, spoken.words) < 0.05
-        assert (np.abs(spoken.affect - 0.5).max() == 0) == (talk is natural)
-
-
-@needs_prompts
-def test_prompts_make_talks_of_a_minute():
-    groups = human_speech.prompt_talks(0)
-    files = [file for group in groups for file in group]
-    assert len(groups) >= 20 and len(files) == len(set(files))
-    assert not any(file.parent.name == "silence" or "beep" in file.stem for file in files)
-    audio = human_speech.join_prompts(groups[0], np.random.default_rng(0))
-    assert 30 < len(audio) / RATE < 80
-    loud = np.abs(audio) > 0.01
-    assert 0.3 < loud[: len(loud) // 160 * 160].reshape(-1, 160).any(axis=1).mean() < 0.98
-
-
-@needs_material
-def test_without_the_prompts_their_talks_are_left_out(monkeypatch, tmp_path):
-    monkeypatch.setattr(human_speech, "PROMPTS", tmp_path)
-    human_speech.prompt_talks.cache_clear()
-    index = next(talk.index for talk in speech.talks(str(MATERIAL), 0) if talk.kind == "human:prompts")
-    assert human_speech.prompts() == [] and speech.make(str(MATERIAL), index, 0) is None
-    human_speech.prompt_talks.cache_clear()
