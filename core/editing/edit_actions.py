@@ -119,7 +119,7 @@ def _move(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[
 
 
 def _change(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
-    if edit.get("kind") == semantic_gestures.REST:
+    if edit.get("kind") == gestures.REST:
         return quieting.delete(filler, state, edit, apart)
     gesture, others = _gesture(state, edit["at"], apart)
     hand, size = edit.get("hand"), edit.get("size", 1.0)
@@ -140,7 +140,7 @@ def _change(filler: Regenerator, state: State, edit: dict, apart: float) -> tupl
 def _add(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
     at = edit["at"] if "at" in edit else semantic_gestures.word_time(state.motion.words, edit["word"], edit.get("nth", 1))
     kind, hand, size = edit.get("kind", BEAT), edit.get("hand"), edit.get("size", 1.0)
-    if kind == semantic_gestures.REST:
+    if kind == gestures.REST:
         low = max(at - _REST_AROUND, 0.0)
         return quieting.rest_range(filler, state, {**edit, "from": low, "to": low + 2 * _REST_AROUND}, apart)
     detected = gestures.find_gestures(state.motion)

@@ -11,6 +11,8 @@ from ..synthesis.strokes import wrist_speeds
 
 BEAT = "beat"
 """Kind of a gesture that follows the rhythm of speech and has no meaning of its own."""
+REST = "rest"
+"""Kind of an edit by which no gesture is there: hands go home for a moment."""
 HANDS = ("left", "right", "both")
 
 _BOTH_SHARE = 0.55

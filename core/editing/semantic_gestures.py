@@ -13,7 +13,7 @@ from ..meaning.vocabulary import Vocabulary
 from ..motion import limits, skeleton
 from ..motion.motion import Motion
 from . import frame_ranges, gestures, regeneration
-from .gestures import BEAT, Gesture
+from .gestures import BEAT, REST, Gesture
 from .regeneration import Regenerator
 from .targets import TRIES, State, StrokeTarget, best_attempt
 
@@ -26,10 +26,6 @@ _SECOND_TRIES = 2
 """Attempts in a second try, in which other gestures are given up."""
 _MIN_RELEASE = 0.5
 """Least seconds for the release."""
-
-
-REST = "rest"
-"""Kind of edit by which no gesture is there: hands go home for a moment."""
 
 
 def gesture_kinds(vocabulary: Vocabulary) -> list[str]:

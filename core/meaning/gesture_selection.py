@@ -64,16 +64,16 @@ def choose_gestures(
     """
     found = find_occasions(vocabulary, words) if found is None else found
     drawn = _draw_gestures(vocabulary, found, readiness, seed)
-    for number, (hint, side) in asked.items():
-        if hint in vocabulary.marks:
-            drawn[number] = vocabulary.marks[hint], 1, side, _ASKED
     chosen: dict[int, tuple] = {}
     for number, occasion in sorted(drawn.items(), key=lambda one: (-one[1][3], one[0])):
-        start = words[number][1]
-        apart = [abs(start - words[other][1]) for other in chosen]
-        crowded = min(apart, default=np.inf) < _MIN_INTERVAL or sum(one < _AROUND for one in apart) >= _MOST_AROUND
-        if occasion[3] == _ASKED or not crowded:
+        apart = [abs(words[number][1] - words[other][1]) for other in chosen]
+        if min(apart, default=np.inf) >= _MIN_INTERVAL and sum(one < _AROUND for one in apart) < _MOST_AROUND:
             chosen[number] = occasion
+    # Marks come last and only take the place of what is near, so that they change nothing that is far away.
+    marked = {at: (vocabulary.marks[hint], 1, side, _ASKED) for at, (hint, side) in asked.items() if hint in vocabulary.marks}
+    for at in marked:
+        chosen = {one: what for one, what in chosen.items() if abs(words[one][1] - words[at][1]) >= _MIN_INTERVAL}
+    chosen |= marked
     return _schedule(vocabulary, sorted(chosen.items()), words, seed)
 
 

@@ -28,8 +28,9 @@ def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: 
             raise AudioUnreadable(f"Blender cannot read {path}: {error}", "Convert it to WAV or FLAC.") from error
         compat.move_strip(strip, int(start_frame))
     scene.sync_mode = "AUDIO_SYNC"
-    if scene.render.ffmpeg.audio_codec == "NONE":
-        scene.render.ffmpeg.audio_codec = "AAC"
+    film = scene.render.ffmpeg
+    if film is not None and film.audio_codec == "NONE":
+        film.audio_codec = "AAC"
     return strip
 
 

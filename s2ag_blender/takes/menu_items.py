@@ -9,7 +9,6 @@ import blf
 import bpy
 
 from ...core.editing import gestures
-from ...core.editing.semantic_gestures import REST
 from ...core.errors import CheckpointUnreadable
 from ...core.meaning import vocabulary
 from ...core.model import checkpoint_metadata
@@ -132,7 +131,7 @@ _SHOWN = {
 KINDS = (
     (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
     *((name, name.replace("_", " ").capitalize(), _SHOWN.get(name, "")) for name in vocabulary.load_vocabulary().gestures),
-    (REST, "Rest", "No gesture: both hands go home for a moment"),
+    (gestures.REST, "Rest", "No gesture: both hands go home for a moment"),
 )
 """Items of the kinds of a gesture, each with what it shows."""
 MOODS = (

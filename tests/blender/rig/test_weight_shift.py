@@ -70,7 +70,7 @@ def check(item):
     for name in kept:
         turns = [np.array([pose[name][:3, :3] for pose in seen]) for seen in (poses, without)]
         assert turned_degrees(*turns).max() < 0.05, name
-    assert not told
+    assert not [one for one in told if not one.startswith("No fingers")]  # a rig of this human has none
 
 
 @pytest.mark.parametrize("key", ["mixamo", "unreal", "vrm", "daz_genesis8"])
@@ -130,7 +130,7 @@ def test_a_second_take_moves_what_the_first_one_has_keyed():
     apply_motion(item, motion(), 1)
     bpy.context.scene.frame_set(20)
     apply_motion(item, motion(), 1, report=told.append)
-    assert not told
+    assert not [one for one in told if not one.startswith("No fingers")]  # a rig of this human has none
 
 
 def test_a_control_rig_whose_feet_hold_moves_its_hips(rigify_saved):

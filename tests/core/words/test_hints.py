@@ -127,7 +127,8 @@ def compare(performer, plain, old, new, first, last):
     assert directions.shape == plain.shape and not np.array_equal(directions, plain)
     start, end = ([(s, e) for text, s, e in words if text == word][which] for word, which in (first, last))
     here = slice(int(start[0] * 15), int(end[1] * 15) + 1)
-    far = np.r_[0 : max(here.start - 60, 0), here.stop + 60 : len(plain)]
+    # A mark may take the place of a gesture a second or two after it.
+    far = np.r_[0 : max(here.start - 60, 0), here.stop + 90 : len(plain)]
     assert turned(plain, directions)[far].max() < 6, "what is far away stays"
     return here, directions
 
