@@ -73,7 +73,9 @@ ODD = (0, 3.5, True, "x", [0.0, 1.0], [1, 2, 3, 4], {"a": 1}, bytes(3), float("n
 def test_properties_of_other_kinds_count_as_nothing(laid, voice, wave, value):
     value = {"character": laid, "scene": bpy.context.scene}.get(value, value) if isinstance(value, str) else value
     action = laid.animation_data.action
-    strip = next(iter(compat.sound_strips(bpy.context.scene)))
+    strip = next(iter(compat.sound_strips(bpy.context.scene)), None)
+    if strip is None:
+        pytest.skip("this Blender was built without sound")
     for name in ("s2ag_slot", "s2ag_base", layers.BEFORE, "s2ag_face_action_0", "s2ag_face_base_0", sound_strips.TAG):
         action[name] = value
     for owner, name in ((strip, sound_strips.TAG), (strip, "s2ag_silenced"), (laid, facemaps.OWN), (laid, drafts.STAGED)):
