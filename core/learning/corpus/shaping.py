@@ -236,7 +236,9 @@ def _home_weight(
             depth = np.clip(random.uniform(*_DEPTHS) * (manner.home - _DEPTH_AROUSAL * mood), 0, 1)
             depth = depth + (_WHOLLY - depth) * long**2
             leave, back = begin - _SOONER, end - _EARLIER
-            down = ramp(time, leave, leave + _SINK) * (1 - ramp(time, back, back + _SINK))
+            down = ramp(time, leave, leave + _SINK)
+            if end < scene.speech.duration:
+                down *= 1 - ramp(time, back, back + _SINK)
             weight = np.maximum(weight, depth * down)
     sunk = np.clip(-_SUNK * smooth(arousal, 1.0), 0, _MOST_SUNK)
     return 1 - (1 - away) * (1 - weight) * (1 - sunk)

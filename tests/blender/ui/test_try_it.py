@@ -60,7 +60,8 @@ def test_the_view_is_a_films_and_the_scene_stays(empty):
     assert space.local_view is not None and not space.overlay.show_overlays and space.shading.color_type == "TEXTURE"
     if bpy.app.version >= (4, 5):  # 4.2 gives objects their local view when it draws, which a window alone does
         assert cube.local_view_get(space) is False and human.local_view_get(space)
-        assert all(item.local_view_get(space) for item in scene.objects if item.type == "MESH" and item.find_armature() is human)
+        worn = [item for item in scene.objects if item.type == "MESH" and item.find_armature() is human]
+        assert all(item.local_view_get(space) for item in worn)
     assert bpy.context.view_layer.objects.active is human and list(bpy.context.selected_objects) == [human]
     assert not cube.hide_get() and not cube.hide_viewport
     assert all(scene.objects[name].matrix_world == matrix for name, matrix in before.items())
