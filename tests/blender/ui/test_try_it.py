@@ -58,7 +58,7 @@ def test_the_view_is_a_films_and_the_scene_stays(empty):
         try_it.frame_view(bpy.context)
     space = area.spaces.active
     assert space.local_view is not None and not space.overlay.show_overlays and space.shading.color_type == "TEXTURE"
-    if bpy.app.version >= (4, 5):  # 4.2 gives objects their local view when it draws, which a window alone does
+    if bpy.app.version >= (5, 0):  # before, Blender gives objects their local view when it draws, which a window alone does
         assert cube.local_view_get(space) is False and human.local_view_get(space)
         worn = [item for item in scene.objects if item.type == "MESH" and item.find_armature() is human]
         assert all(item.local_view_get(space) for item in worn)
