@@ -18,8 +18,6 @@ _MIN_INTERVAL = 1.5
 """Seconds between the words of two gestures, unless a mark requests them."""
 _AROUND, _MOST_AROUND = 15.0, 3
 """Within so many seconds to both sides at most so many others: people show two to six meanings a minute."""
-_ASKED = 2.0
-"""How surely a mark of the transcript is meant: more than any word."""
 _LEAST_SCORE = 0.5
 """How surely a meaning must be understood: a false one is worse than none."""
 _SALT = 0x3EA
@@ -68,9 +66,9 @@ def choose_gestures(
     for number, occasion in sorted(drawn.items(), key=lambda one: (-one[1][3], one[0])):
         apart = [abs(words[number][1] - words[other][1]) for other in chosen]
         if min(apart, default=np.inf) >= _MIN_INTERVAL and sum(one < _AROUND for one in apart) < _MOST_AROUND:
-            chosen[number] = occasion
+            chosen[number] = occasion[:3]
     # Marks come last and only take the place of what is near, so that they change nothing that is far away.
-    marked = {at: (vocabulary.marks[hint], 1, side, _ASKED) for at, (hint, side) in asked.items() if hint in vocabulary.marks}
+    marked = {at: (vocabulary.marks[hint], 1, side) for at, (hint, side) in asked.items() if hint in vocabulary.marks}
     for at in marked:
         chosen = {one: what for one, what in chosen.items() if abs(words[one][1] - words[at][1]) >= _MIN_INTERVAL}
     chosen |= marked
@@ -122,7 +120,7 @@ def _schedule(
 ) -> list[ScheduledGesture]:
     """Determine times, side, size and direction of the chosen gestures."""
     shown: list[ScheduledGesture] = []
-    for place, (number, (name, count, side, _)) in enumerate(chosen):
+    for place, (number, (name, count, side)) in enumerate(chosen):
         _, start, end = words[number]
         forms = vocabulary.forms[name]
         gesture = forms[int(np.random.default_rng((*seed, _SALT, number, 1)).integers(len(forms)))]

@@ -19,7 +19,7 @@ from ..sound import affect
 from ..threads import parallel_map
 from ..words import hints
 from . import curves, hand_synthesis, listener_response, refine, sparing, stance
-from .constraints import kept_frames
+from .constraints import KeptFrames, kept_frames
 from .features import SpeechFeatures
 from .generation import GeneratedTakes
 from .request import Request
@@ -62,7 +62,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
             about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
         straight = directions
         directions = listener_response.turn_head_toward(directions, side, None if heard.others is None else heard.others.share)
-        directions, spared = _spared(request, heard, pose, about, rest.scale_amplitude(directions, size, pose))
+        directions, spared = _spared(request, heard, pose, about, rest.scale_amplitude(directions, size, pose), kept)
         directions = refine.refine(directions, kept)
         hands = _hands(request, performers, take, (drawn, numbers), directions, spared)
         hands = hands and gesture_blending.blend_hands(hands, shown, which)
@@ -77,7 +77,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
 
 
 def _spared(
-    request: Request, heard: SpeechFeatures, pose: np.ndarray, about: dict, directions: np.ndarray
+    request: Request, heard: SpeechFeatures, pose: np.ndarray, about: dict, directions: np.ndarray, kept: KeptFrames
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return directions without the strokes that the rate spares, and how far arms rest instead ``(frames,)``.
 
@@ -85,10 +85,12 @@ def _spared(
     """
     frames, shows = len(directions), about.get("shows", [])
     rate, time = curves.sample(request, "rate", frames), np.arange(frames) / skeleton.FPS
+    if np.min(rate) >= 0:
+        return directions, np.zeros(frames)
     marked = [heard.words[number][1:3] for number in heard.wishes.gestures]
     given = [np.flatnonzero((time > start - _MARKED) & (time < end + _MARKED)) for start, end in marked]
     home = skeleton.normalize(pose + rest.idle_offsets(frames, seed=request.keyed_seed + about["take"]))
-    fixed = np.concatenate([kept_frames(request, frames).frames, *given])
+    fixed = np.concatenate([kept.frames, *given])
     made, away = sparing.spare(directions, rate, home, [at for _, at in shows], fixed)
     if shows:
         about["shows"] = [one for one in shows if not away[min(round(one[1] * skeleton.FPS), frames - 1)]]
