@@ -71,7 +71,7 @@ def load(bench: Path) -> Contextual | None:
     if not (place / META).is_file():
         return None
     try:
-        arrays = (np.load(place / f"{part}.npy", mmap_mode="r", allow_pickle=False) for part in Contextual._fields)
+        arrays = (npz.map_array(place / f"{part}.npy") for part in Contextual._fields)
         return Contextual(*arrays)
     except (OSError, *npz.DAMAGED) as error:
         raise CorpusUnreadable(f"{place} is damaged.", "Delete it and give --contextual again.") from error

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from ... import npz
 from ...errors import CorpusUnreadable
 from ...model.mfcc_timing import nearest_mfcc
 from ...model.wave_encoder import FRAMES
@@ -165,7 +166,7 @@ def _features(data: Data, cache: Path, progress: Callable[[float], None]) -> dic
     folder = cache / "features"
     try:
         if (folder / "meta.json").is_file() and json.loads((folder / "meta.json").read_text("utf-8")).get(_KEY) == key:
-            return {name: np.load(folder / f"{name}.npy", mmap_mode="r", allow_pickle=False) for name in _FEATURES}
+            return {name: npz.map_array(folder / f"{name}.npy") for name in _FEATURES}
     except (OSError, ValueError):
         pass  # a damaged cache is computed again
     cache.mkdir(parents=True, exist_ok=True)

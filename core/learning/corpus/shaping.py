@@ -10,10 +10,10 @@ Other numbers that give no reason were tried as those of :mod:`talking` were.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ...motion import rest, skeleton
 from ...motion.interpolation import ramp
+from . import rotation
 from .captured_talk import Footage
 from .manner import Manner
 from .posture import turn
@@ -188,8 +188,8 @@ def _shared(arms: np.ndarray, manner: Manner, random: np.random.Generator) -> np
 def _turned(beats: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Return beats ``(frames, 4, 3)`` turned by angles that drift: hands that beat together seldom are each other's image."""
     angles = np.radians(_ASKEW) * np.stack([_wander(len(beats), _DRIFT, random) for _ in range(3)], axis=-1)
-    turns = Rotation.from_euler("xyz", angles).as_matrix()
-    return np.einsum("fij,fkj->fki", turns, beats)
+    x, y, z = (rotation.about(axis, angles[:, axis]) for axis in range(3))
+    return rotation.rotate(rotation.multiply(z, rotation.multiply(y, x))[:, None], beats)
 
 
 def _share(of: tuple[float, float], frames: int, random: np.random.Generator) -> np.ndarray:

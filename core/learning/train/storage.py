@@ -28,7 +28,6 @@ import numpy as np
 
 from ... import json_text, npz
 from ...errors import CorpusUnreadable, OutputUnwritable
-from ...files import open_file
 from ...motion.skeleton import FPS
 
 FORMAT = 2
@@ -93,7 +92,7 @@ def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
         meta = json_text.read(folder / META)
         if not isinstance(meta, dict) or meta.get("format") != FORMAT:
             raise ValueError(f"it is not of format {FORMAT}")
-        arrays = {path.stem: _mapped(path) for path in sorted(folder.glob("*.npy"))}
+        arrays = {path.stem: npz.map_array(path) for path in sorted(folder.glob("*.npy"))}
         missing = [name for name in ARRAYS if name not in arrays]
         if missing:
             raise ValueError(f"{missing[0]}.npy is missing")
@@ -103,11 +102,6 @@ def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
         message = f"{folder} is not a packed corpus: {' '.join(str(error).split())[:200]}."
         raise CorpusUnreadable(message, BUILD) from error
     return arrays, meta
-
-
-def _mapped(path: Path) -> np.ndarray:
-    open_file(path).close()  # which waits for no pipe
-    return np.load(path, mmap_mode="r", allow_pickle=False)
 
 
 def _check(name: str, array: np.ndarray) -> None:
