@@ -15,18 +15,8 @@ from s2ag.core.synthesis.stages import Stages
 
 
 @pytest.fixture(scope="module")
-def director():
-    return Director(Session(cache="off"))
-
-
-@pytest.fixture(scope="module")
 def request_(examples):
     return Request(examples / "hello.flac", transcript=examples / "hello.txt", seed=2, hands=1.0, stance=1.0)
-
-
-@pytest.fixture(scope="module")
-def base(director, request_):
-    return director.direct(request_, []).motions[0]
 
 
 @pytest.fixture

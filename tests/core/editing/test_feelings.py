@@ -3,29 +3,18 @@
 import numpy as np
 import pytest
 from s2ag.core.editing import edits
-from s2ag.core.editing.director import Director
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import RATE
-from s2ag.core.synthesis.session import Request, Session
+from s2ag.core.synthesis.session import Request
 
 AT = 6.0
 EXCITED = {"do": "feel", "at": AT, "arousal": 1.0, "valence": 0.8}
 
 
 @pytest.fixture(scope="module")
-def director():
-    return Director(Session(cache="off"))
-
-
-@pytest.fixture(scope="module")
 def request_(examples):
     return Request(examples / "hello.flac", transcript=examples / "hello.txt", seed=2, hands=1.0, face=1.0)
-
-
-@pytest.fixture(scope="module")
-def base(director, request_):
-    return director.direct(request_, []).motions[0]
 
 
 @pytest.fixture(scope="module")

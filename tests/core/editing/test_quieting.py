@@ -5,28 +5,17 @@ import random
 import numpy as np
 import pytest
 from s2ag.core.editing import gestures, regeneration
-from s2ag.core.editing.director import Director
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.interpolation import true_runs
-from s2ag.core.synthesis.session import Request, Session
+from s2ag.core.synthesis.session import Request
 
 STYLES = 5
 SEEDS = (1, 2)
 
 
 @pytest.fixture(scope="module")
-def director():
-    return Director(Session(cache="off"))
-
-
-@pytest.fixture(scope="module")
 def request_(examples):
     return Request(examples / "hello.flac", transcript=examples / "hello.txt", seed=2, hands=1.0)
-
-
-@pytest.fixture(scope="module")
-def base(director, request_):
-    return director.direct(request_, []).motions[0]
 
 
 def strokes(motion, start=0.0, stop=np.inf):
