@@ -7,6 +7,8 @@ ones' Python side does (a call, the look-up of the property, a note); what is me
 import subprocess
 import sys
 import textwrap
+import time
+from pathlib import Path
 
 import pytest
 
@@ -14,10 +16,12 @@ bpy = pytest.importorskip("bpy")
 pytest.importorskip("pytest_benchmark")
 
 import s2ag  # noqa: E402
-from acted import drawn  # noqa: E402
+from acted import drawn, settle  # noqa: E402
 from s2ag.s2ag_blender.rig import readiness  # noqa: E402
 from s2ag.s2ag_blender.takes import take_list  # noqa: E402
+from s2ag.s2ag_blender.ui import handlers  # noqa: E402
 
+HELLO = Path(s2ag.__file__).parent / "examples" / "hello.flac"
 DRAW, REGISTER = 0.002, 0.150
 """Seconds that all panels, and registering, may cost; of the processor's time, so that a busy machine does not count."""
 
@@ -67,3 +71,44 @@ def test_register(benchmark):
     benchmark.pedantic(once, rounds=5)
     print(f"\nregister: {sorted(found)[2] * 1000:.0f} ms (median of 5), {min(found) * 1000:.0f} ms at best")
     assert min(found) < REGISTER
+
+
+def test_draft(benchmark, figure):
+    """A slider's draft of ten seconds of speech, beside the whole take with a warm engine."""
+    figure.s2ag.audio, figure.s2ag.range = str(HELLO), "SCENE"
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 240
+    began = time.perf_counter()
+    assert bpy.ops.s2ag.generate() == {"FINISHED"}  # libraries are loaded, the recording is heard
+    first = time.perf_counter() - began
+    bpy.context.window_manager.s2ag.live = True
+    settle()
+
+    def drag():
+        figure.s2ag.intensity = 0.9 if figure.s2ag.intensity < 0.8 else 0.6
+        settle()
+
+    benchmark.pedantic(drag, rounds=5, warmup_rounds=1)
+    bpy.context.window_manager.s2ag.live = False
+    began = time.perf_counter()
+    assert bpy.ops.s2ag.generate() == {"FINISHED"}
+    whole, draft = time.perf_counter() - began, benchmark.stats.stats.median
+    print(f"\ndraft: {draft:.2f} s; the take itself {whole:.2f} s, the first one {first:.2f} s")
+    assert draft < 1.5 * whole
+
+
+def test_what_watching_costs(benchmark, figure):
+    """After each change of the scene a handler only notes it; the look itself waits until Blender is idle."""
+    depsgraph, scene = bpy.context.evaluated_depsgraph_get(), bpy.context.scene
+
+    def look():
+        readiness.note_change()
+        readiness.readiness_of(figure)
+
+    began = time.perf_counter()
+    for _ in range(20):
+        look()
+    looked = (time.perf_counter() - began) / 20
+    benchmark(handlers._after_update, scene, depsgraph)
+    noted = benchmark.stats.stats.median
+    print(f"\nhandler {noted * 1e6:.1f} microseconds, a look {looked * 1e6:.0f}")
+    assert noted < 0.1 * looked

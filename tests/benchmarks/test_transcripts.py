@@ -98,3 +98,14 @@ def test_beside_pocketsphinx(benchmark, shared, monkeypatch, index):
             mean, near[engine] = 1000 * away.mean() if len(away) else np.nan, (away <= 0.06).sum() / len(sure)
             print(f"  {kind}, {engine}: {mean:.1f} ms, {near[engine]:.1%}, {(~sure).sum()} lost")
         assert near["numpy"] >= near["pocketsphinx"] - 0.01
+
+
+def test_understanding_a_minute(benchmark):
+    """What 160 words mean, beside taking them apart alone."""
+    from s2ag.core.meaning import sentence
+
+    words = ("I do not know what to say but on the one hand there were three of them and the prices rose " * 8).split()
+    grammar = sentence.load_grammar()
+    benchmark.pedantic(sentence.understand, args=(words, grammar), rounds=5, warmup_rounds=1)
+    print(f"\n{len(words)} words are understood in {1000 * benchmark.stats.stats.median:.0f} ms")
+    assert benchmark.stats.stats.min < 0.05

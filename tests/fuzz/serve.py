@@ -26,7 +26,7 @@ from s2ag.core.errors import S2agError
 if importlib.util.find_spec("torch"):
     import networks  # noqa: F401 (its doors stand beside the others)
 
-SECONDS, BYTES = 2.0, 600_000_000
+SECONDS, BYTES = 10.0, 600_000_000
 STUCK = 60
 """Seconds after which an input is held to hang, on a machine that others use, too."""
 

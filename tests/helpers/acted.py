@@ -35,12 +35,11 @@ def now(armature=None):
 
 
 def settle(seconds=60.0):
-    """Run the preview's timer until it has nothing left to do; returns the seconds it took."""
+    """Run the preview's timer until it has nothing left to do."""
     began = time.monotonic()
     while preview.tick() is not None:
         assert time.monotonic() - began < seconds, "no draft"
         time.sleep(0.002)
-    return time.monotonic() - began
 
 
 def curves(action):

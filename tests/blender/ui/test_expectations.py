@@ -2,21 +2,19 @@
 
 import json
 import os
-import time
 import tomllib
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-from acted import animate, apart, curves, drawn, overridden, pose, press, same_curves
-from load import slowdown
+from acted import animate, apart, curves, drawn, overridden, pose, press, same_curves, settle
 from s2ag.core.motion import rest, skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.keys import apply, layers, poses
 from s2ag.s2ag_blender.rig import readiness, reading
-from s2ag.s2ag_blender.takes import engine_requests, generate, markers, menu_items, preview, session, take_list
+from s2ag.s2ag_blender.takes import engine_requests, generate, markers, menu_items, session, take_list
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -138,24 +136,18 @@ def test_seed_another_take_keep_history(speaker):
     assert speaker.s2ag.seed == provenance.read(speaker.animation_data.action)["seed"] != 0
 
 
-def test_fast_preview(speaker, examples, record_property):
+def test_a_slider_brings_a_draft(speaker, examples):
     speaker.s2ag.audio = str(examples / "hello.flac")  # 14.7 seconds
     speaker.s2ag.range, bpy.context.scene.frame_end = "SCENE", 240
     window = bpy.context.window_manager.s2ag
     window.live = True
 
-    def answer():
-        began = time.monotonic()
-        while preview.tick() is not None:
-            time.sleep(0.002)
-        return time.monotonic() - began
-
-    answer()
-    speaker.s2ag.intensity = 0.6
-    seconds = answer()
+    settle()
+    drafted = pose(speaker, 100)
+    speaker.s2ag.intensity = 0.3
+    settle()
+    assert apart(drafted, pose(speaker, 100)) > 1
     window.live = False
-    record_property("seconds", round(seconds, 3))
-    assert seconds < 1.0 * slowdown()
 
 
 def test_audio_in_the_sequencer_in_sync(speaker, sound_system):
@@ -253,13 +245,11 @@ def test_progress_and_cancel(speaker, examples, tmp_path):
     while run.stage != "generate":
         assert run.step() is None
     assert "Making the gestures: 16 takes" in drawn() and "s2ag.cancel" in drawn()
-    began = time.monotonic()
     bpy.ops.s2ag.cancel()
     assert "Cancelling" in drawn()
     with pytest.raises(Exception, match="Cancelled"):
         run.step()
     run.end()
-    assert time.monotonic() - began < 0.5
     assert engine_requests.engine(bpy.context).call("hello") and engine_pid() == pid
 
 

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import time
 from pathlib import Path
 
 import pytest
@@ -32,17 +31,6 @@ def test_what_is_said_is_shown_and_twins_are_silent(part):
     assert len(PAIRS) >= 120
     assert seen >= 0.8 * len(pairs)
     assert silent >= 0.95 * len(pairs)
-
-
-def test_a_minute_is_understood_in_less_than_50_ms():
-    words = " ".join(pair["sentence"] for pair in PAIRS).split()[:160]
-    grammar = sentence.load_grammar()
-    taken = []
-    for _ in range(5):
-        begun = time.perf_counter()
-        sentence.understand(words, grammar)
-        taken.append(time.perf_counter() - begun)
-    assert min(taken) < 0.05
 
 
 @pytest.mark.parametrize("language", ["en"])
