@@ -162,13 +162,7 @@ def _beyond_palm(bones: Bones, hand: int, chain: tuple[int, ...], length: float)
 
 
 def _orient(
-    bones: Bones,
-    mapping: Mapping,
-    side: str,
-    hand: int,
-    fingers: list[tuple[int, ...]],
-    thumb: tuple[int, ...],
-    length: float,
+    bones: Bones, mapping: Mapping, side: str, hand: int, fingers: list[tuple[int, ...]], thumb: tuple[int, ...], length: float
 ) -> Hand:
     """Order the fingers from the index on, and find the palm's side of the hand."""
     heads = bones.heads

@@ -130,10 +130,7 @@ class ArmOrigin:
             wrist = bones.heads[hand[0]] if hand else bones.tails[rows[side, "forearm"][-1]]
             upper, fore = (
                 float(np.linalg.norm(end - start))
-                for start, end in (
-                    (heads[side, "upper_arm"], heads[side, "forearm"]),
-                    (heads[side, "forearm"], wrist),
-                )
+                for start, end in ((heads[side, "upper_arm"], heads[side, "forearm"]), (heads[side, "forearm"], wrist))
             )
             self.lengths[side] = upper, fore, _hand_length(bones, hand, wrist, fore)
             root = self._rows(bones, mapping, f"{side}_clavicle")
@@ -266,13 +263,7 @@ class _Arm:
         return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
 
     def _required_angle(
-        self,
-        start: np.ndarray,
-        along: np.ndarray,
-        way: np.ndarray,
-        reach: np.ndarray,
-        radius: np.ndarray,
-        frames: np.ndarray,
+        self, start: np.ndarray, along: np.ndarray, way: np.ndarray, reach: np.ndarray, radius: np.ndarray, frames: np.ndarray
     ) -> np.ndarray:
         """Return the least angle (frames,) towards ``way`` that frees all points, by bisection; ``MOST`` if none does."""
         low, high = np.zeros(len(along)), np.full(len(along), MAX_CORRECTION)

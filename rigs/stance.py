@@ -70,9 +70,7 @@ def height(bones: Bones, legs: Legs, up: np.ndarray) -> float:
     return float(hips - np.clip(floor, ankles - 0.2 * (hips - ankles), ankles - 0.04 * (hips - ankles)))
 
 
-def _sink(
-    joints: list[list[np.ndarray]], hips: list[np.ndarray], up: np.ndarray, share: np.ndarray, tall: float
-) -> np.ndarray:
+def _sink(joints: list[list[np.ndarray]], hips: list[np.ndarray], up: np.ndarray, share: np.ndarray, tall: float) -> np.ndarray:
     """Return how far (frames,) the pelvis must be lowered for both feet to be in reach."""
     missing = []
     for (hip, knee, ankle), moved in zip(joints, hips, strict=True):
@@ -87,9 +85,7 @@ def _sink(
     return soft * np.logaddexp(np.logaddexp(0.0, missing[0] / soft), missing[1] / soft)
 
 
-def _follow(
-    leg: Leg, joints: list[np.ndarray], hip: np.ndarray, turn: np.ndarray, frame: np.ndarray
-) -> dict[int, np.ndarray]:
+def _follow(leg: Leg, joints: list[np.ndarray], hip: np.ndarray, turn: np.ndarray, frame: np.ndarray) -> dict[int, np.ndarray]:
     """Return D (frames, 4) of a leg's bones by row, for its hip at ``hip`` (frames, 3) and the pelvis's rotation ``turn``."""
     rest_hip, rest_knee, ankle = joints
     thigh, shin = np.linalg.norm(rest_knee - rest_hip), np.linalg.norm(ankle - rest_knee)
@@ -124,9 +120,7 @@ def _bend_direction(joints: list[np.ndarray], frame: np.ndarray) -> np.ndarray:
     return normalize(ahead)
 
 
-def _align(
-    primary: np.ndarray, secondary: np.ndarray, to_primary: np.ndarray, to_secondary: np.ndarray
-) -> np.ndarray:
+def _align(primary: np.ndarray, secondary: np.ndarray, to_primary: np.ndarray, to_secondary: np.ndarray) -> np.ndarray:
     """Return rotations (frames, 4) that map ``primary`` (3,) onto ``to_primary`` (frames, 3); ``secondary`` follows."""
 
     def axes(first: np.ndarray, second: np.ndarray) -> np.ndarray:

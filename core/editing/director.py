@@ -115,10 +115,7 @@ class Director:
 
 
 def perform(
-    session: Session,
-    request: Request,
-    documents: Any,
-    progress: Callable[[str, float], None] = lambda stage, value: None,
+    session: Session, request: Request, documents: Any, progress: Callable[[str, float], None] = lambda stage, value: None
 ) -> Result:
     """Synthesise a request and apply the ``documents`` to it, anything that names them as :class:`settings.Documents` does: the
     options of a command, a row of a manifest.

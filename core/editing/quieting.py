@@ -185,12 +185,7 @@ def _best_way(
 
 
 def _ways(
-    directions: np.ndarray,
-    performed: Motion,
-    home: np.ndarray,
-    gap: _Gap,
-    span: frame_ranges.FrameRange,
-    held: np.ndarray,
+    directions: np.ndarray, performed: Motion, home: np.ndarray, gap: _Gap, span: frame_ranges.FrameRange, held: np.ndarray
 ) -> Iterator[tuple[int, int, np.ndarray]]:
     """Yield (first frame, the one after the last, directions) of ways through a gap, the most natural ones first."""
     arms, fps = np.array(ARMS), skeleton.FPS

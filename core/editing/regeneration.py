@@ -199,10 +199,7 @@ def _bend(directions: np.ndarray, places: Sequence[frame_ranges.FrameRange], cor
     for start, stop in places:
         if not start <= core.first < stop:
             continue
-        for rows, ends in (
-            (np.arange(start, core.first), off[:2]),
-            (np.arange(stop - 1, core.last, -1), off[:-3:-1]),
-        ):
+        for rows, ends in ((np.arange(start, core.first), off[:2]), (np.arange(stop - 1, core.last, -1), off[:-3:-1])):
             t = (np.arange(1, len(rows) + 1) / (len(rows) + 1))[:, None, None]
             slope = (len(rows) + 1) * (ends[-1] - ends[0])
             bent[rows] += (3 - 2 * t) * t**2 * ends[0] + (t**3 - t**2) * slope

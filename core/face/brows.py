@@ -24,10 +24,7 @@ _QUESTION = 0.7
 
 
 def brow_raises(
-    accents: Sequence[tuple[float, float, bool]],
-    questions: Sequence[tuple[float, float]],
-    count: int,
-    rng: np.random.Generator,
+    accents: Sequence[tuple[float, float, bool]], questions: Sequence[tuple[float, float]], count: int, rng: np.random.Generator
 ) -> np.ndarray:
     """Return how far brows are raised, ``(count,)`` 0..1 at 100 fps.
 

@@ -71,9 +71,7 @@ def head_angles(directions: np.ndarray, count: int, ahead: float = 0.0) -> np.nd
     return gaussian(track, 0.05 * RATE)
 
 
-def blink_times(
-    phrases: np.ndarray, shifts: Sequence[tuple[float, float]], count: int, rng: np.random.Generator
-) -> np.ndarray:
+def blink_times(phrases: np.ndarray, shifts: Sequence[tuple[float, float]], count: int, rng: np.random.Generator) -> np.ndarray:
     """Return the times in seconds, in order, at which lids begin to close; ``shifts`` are those of :func:`gaze`."""
     duration = count / RATE
     ends = phrases[:, 1] if len(phrases) else np.zeros(0)

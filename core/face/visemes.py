@@ -136,13 +136,7 @@ def _blend(segments: list[tuple], count: int) -> np.ndarray:
 
 
 def _mean(
-    targets: np.ndarray,
-    start: np.ndarray,
-    end: np.ndarray,
-    pull: np.ndarray,
-    lead: np.ndarray,
-    trail: np.ndarray,
-    count: int,
+    targets: np.ndarray, start: np.ndarray, end: np.ndarray, pull: np.ndarray, lead: np.ndarray, trail: np.ndarray, count: int
 ) -> np.ndarray:
     """Return the mean of ``targets`` ``(segments, shapes)`` in every frame, weighted by the influence of the segments."""
     total, weight = np.zeros((count, targets.shape[1])), np.full(count, 1e-3)

@@ -113,10 +113,7 @@ def emphasis_time(start: float, end: float) -> float:
 
 
 def _schedule(
-    vocabulary: Vocabulary,
-    chosen: list[tuple[int, tuple]],
-    words: Sequence[tuple[str, float, float]],
-    seed: tuple[int, ...],
+    vocabulary: Vocabulary, chosen: list[tuple[int, tuple]], words: Sequence[tuple[str, float, float]], seed: tuple[int, ...]
 ) -> list[ScheduledGesture]:
     """Determine times, side, size and direction of the chosen gestures."""
     shown: list[ScheduledGesture] = []

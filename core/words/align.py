@@ -250,9 +250,7 @@ def pcm(audio: np.ndarray) -> Iterator[bytes]:
         yield np.clip(piece, -32768, 32767).astype("<i2").tobytes()
 
 
-def _fill(
-    spans: Sequence[Span | None], words: list[list[str]], segments: list[Span], start: float, stop: float
-) -> list[Span]:
+def _fill(spans: Sequence[Span | None], words: list[list[str]], segments: list[Span], start: float, stop: float) -> list[Span]:
     """Spread words that were not found over the voiced time between their neighbours, or from ``start`` to ``stop``."""
     filled: list[Span] = []
     while len(filled) < len(spans):

@@ -105,9 +105,7 @@ def _speak(part: str) -> list[str]:
     return [word for piece in pieces for word in (cardinal(int(piece)) if piece.isdecimal() else [piece])]
 
 
-def _number(
-    minus: str, currency: str, whole: str, decimals: str | None, ending: str | None, percent: str
-) -> list[str]:
+def _number(minus: str, currency: str, whole: str, decimals: str | None, ending: str | None, percent: str) -> list[str]:
     """Spell the groups of :data:`_NUMBER`."""
     value = int(whole.replace(",", ""))
     year = value in _YEARS and ending in (None, "s") and not (minus or currency or decimals or percent or "," in whole)

@@ -53,9 +53,7 @@ def load_character(
     return Character(item, tuple(meshes(item)), mapping=mapping, disarmed=disarmed), is_scene
 
 
-def build_scene(
-    wanted: Sequence[tuple[str, str, str | None, Mapping | None]],
-) -> tuple[bpy.types.Scene, list[Character], bool]:
+def build_scene(wanted: Sequence[tuple[str, str, str | None, Mapping | None]]) -> tuple[bpy.types.Scene, list[Character], bool]:
     """Load a character for each ``(name, gender, armature, mapping)``; return scene, characters, and if it is a ``.blend``.
 
     A ``.blend`` is opened once, however many of its armatures are used; other characters are added to it, or to an empty
@@ -92,10 +90,7 @@ def _place_side_by_side(characters: Sequence[Character]) -> None:
 
 
 def choose_armature(
-    source: str,
-    name: str | None = None,
-    mapping: Mapping | None = None,
-    besides: Collection[bpy.types.Object] = (),
+    source: str, name: str | None = None, mapping: Mapping | None = None, besides: Collection[bpy.types.Object] = ()
 ) -> ArmatureObject:
     """Return the scene's armature object with arms, or the one called ``name``; raises :class:`RigUnusable` with the choices.
 

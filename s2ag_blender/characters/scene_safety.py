@@ -58,9 +58,7 @@ def _file_outputs() -> int:
 
 def _osl() -> int:
     """Switch off OSL, which can write files, in scenes and custom cameras; return their number."""
-    scenes: list[Any] = [
-        scene for scene in bpy.data.scenes if getattr(getattr(scene, "cycles", None), "shading_system", False)
-    ]
+    scenes: list[Any] = [scene for scene in bpy.data.scenes if getattr(getattr(scene, "cycles", None), "shading_system", False)]
     for scene in scenes:
         scene.cycles.shading_system = False
     cameras = [camera for camera in bpy.data.cameras if camera.type == "CUSTOM"]

@@ -142,9 +142,7 @@ def cut(surface: Surface, distance: np.ndarray) -> Surface:
     return Surface(points, faces, weights, slots).kept(positive)
 
 
-def trim(
-    surface: Surface, loop: np.ndarray, along: np.ndarray, steps: Sequence[tuple[float, float]], slot: int
-) -> Surface:
+def trim(surface: Surface, loop: np.ndarray, along: np.ndarray, steps: Sequence[tuple[float, float]], slot: int) -> Surface:
     """Extrude a band from a border loop: a cuff, a collar, a hem.
 
     ``along`` (3,) is the direction off the edge; each of ``steps`` is (metres along it, metres away from the loop's centre),

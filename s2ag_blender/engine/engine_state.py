@@ -96,5 +96,3 @@ def has_recogniser(context: Context) -> bool | None:
 def forget() -> None:
     """Forget what the last check found."""
     STATE.facts, STATE.error = None, None
-
-

@@ -39,9 +39,7 @@ _Base = bpy.types.Action | None
 class ActionBuilder:
     """Builds the takes of a run, sharing the animation below, the poses to start from and to reach, and the rig."""
 
-    def __init__(
-        self, planned: Any, armature: ArmatureObject, scene: bpy.types.Scene, warn: Callable[[str], None]
-    ) -> None:
+    def __init__(self, planned: Any, armature: ArmatureObject, scene: bpy.types.Scene, warn: Callable[[str], None]) -> None:
         """Prepare for a plan (``takes.generate.Plan``); ``warn`` is called once with each warning."""
         self.planned, self.armature, self.scene, self.warn = planned, armature, scene, warn
         self.settings, self.span = planned.settings, planned.voice.span
@@ -96,9 +94,7 @@ class ActionBuilder:
             faces.key_face(self.armature, action, motion.face, self.span.start, every, rate, self._tell, seen)
         return action
 
-    def _spoken(
-        self, motion: Motion, frames: np.ndarray, place: layers.Place
-    ) -> tuple[list[keyframes.Channels], np.ndarray]:
+    def _spoken(self, motion: Motion, frames: np.ndarray, place: layers.Place) -> tuple[list[keyframes.Channels], np.ndarray]:
         """Return the channels of facial bones, which have a key on every frame, and these frames."""
         every = np.arange(frames[0], frames[-1] + 1)
         if motion.face is None:
@@ -235,9 +231,7 @@ class ActionBuilder:
         mixed |= blending.mix(legs, {}, self._standing(frames, place, base))
         return [keyframes.channels(self.armature.pose.bones[bone], values) for bone, values in mixed.items()]
 
-    def _places(
-        self, frames: np.ndarray, places: Rotations, place: layers.Place, base: _Base
-    ) -> list[keyframes.Channels]:
+    def _places(self, frames: np.ndarray, places: Rotations, place: layers.Place, base: _Base) -> list[keyframes.Channels]:
         """Return the channels of locations ``{bone: (frames, 3)}``; nothing else moves these bones."""
         drafted = place.result == "LAYER" and self.planned.draft
         share = layers.influence_over_frames(place, frames) if drafted else self._standing(frames, place, base)

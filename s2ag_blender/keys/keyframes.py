@@ -138,10 +138,7 @@ def set_range(action: bpy.types.Action, frames: np.ndarray) -> None:
 
 
 def store_former_values(
-    action: bpy.types.Action,
-    armature: ArmatureObject,
-    paths: Iterable[str] | None = None,
-    former: dict[str, Any] | None = None,
+    action: bpy.types.Action, armature: ArmatureObject, paths: Iterable[str] | None = None, former: dict[str, Any] | None = None
 ) -> None:
     """Store on ``action`` the current values of all data paths that it keys (or ``paths``); ``former`` ones take precedence."""
     current = current_values(armature, {curve.data_path for curve in compat.curves(action)} if paths is None else paths)

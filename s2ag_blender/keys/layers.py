@@ -127,10 +127,7 @@ def is_animated(armature: ArmatureObject, base: bpy.types.Action | None) -> bool
 
 
 def layer_channels(
-    armature: ArmatureObject,
-    rotations: dict[str, np.ndarray],
-    neutral: dict[str, np.ndarray],
-    share: np.ndarray | None = None,
+    armature: ArmatureObject, rotations: dict[str, np.ndarray], neutral: dict[str, np.ndarray], share: np.ndarray | None = None
 ) -> list[keyframes.Channels]:
     """Return the channels of an additive layer: the difference of ``rotations`` (keys, 4) from ``neutral`` (4,).
 

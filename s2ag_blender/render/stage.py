@@ -73,10 +73,7 @@ class Place:
 
 
 def set_up_scene(
-    scene: bpy.types.Scene,
-    characters: Sequence[Character],
-    resolution: tuple[int, int] = (960, 540),
-    backdrop: bool = True,
+    scene: bpy.types.Scene, characters: Sequence[Character], resolution: tuple[int, int] = (960, 540), backdrop: bool = True
 ) -> None:
     """Set up a scene of our own: camera, three lights, backdrop, world, colours and Workbench settings."""
     place = Place.of_all(characters)

@@ -1,6 +1,5 @@
 """Stores the face map that the user chose for a character, as JSON in a custom property."""
 
-
 from ...core.errors import RigUnusable
 from ...rigs.faces import shapes
 from ..datablocks import ArmatureObject

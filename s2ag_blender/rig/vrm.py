@@ -19,12 +19,7 @@ _PARTS = {
     **{
         f"{side}_{part}": (f"{side}_{bone}",)
         for side in ("left", "right")
-        for part, bone in {
-            "clavicle": "shoulder",
-            "upper_arm": "upper_arm",
-            "forearm": "lower_arm",
-            "hand": "hand",
-        }.items()
+        for part, bone in {"clavicle": "shoulder", "upper_arm": "upper_arm", "forearm": "lower_arm", "hand": "hand"}.items()
     },
 }
 

@@ -48,11 +48,7 @@ def keyed_frames(action: bpy.types.Action, bones: list[str] | None) -> list[floa
 
 
 def pose_edits(
-    armature: ArmatureObject,
-    action: bpy.types.Action,
-    scene: bpy.types.Scene,
-    frames: list[float],
-    bones: list[str] | None,
+    armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene, frames: list[float], bones: list[str] | None
 ) -> tuple[list[dict], list[dict]]:
     """Return the edits that keep the poses on these frames, and their constraints; raises :class:`UsageError`."""
     if not frames:
@@ -282,7 +278,5 @@ class _restored_playhead:
     def __enter__(self) -> None:
         self.before = self.scene.frame_current, self.scene.frame_subframe
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None) -> None:
         self.scene.frame_set(self.before[0], subframe=self.before[1])

@@ -257,9 +257,7 @@ def _find_actions(made: list[int]) -> list[bpy.types.Action]:
     return [actions[uid] for uid in made]
 
 
-def _finish(
-    planned: Plan, made: list[int], motions: list[Motion], warnings: list[str]
-) -> Generator[float, None, Outcome]:
+def _finish(planned: Plan, made: list[int], motions: list[Motion], warnings: list[str]) -> Generator[float, None, Outcome]:
     """Annotate the actions and add them as takes, in slices as :func:`finish_in_slices`; only the last slice changes the
     view.
     """

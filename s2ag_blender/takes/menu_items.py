@@ -56,9 +56,7 @@ def _read_checkpoint(path: Path, written: int) -> dict[str, Any]:
 def style_description(settings: Any) -> str:
     """Return the description of the chosen style; empty for a blend and for random."""
     name = settings.style or _default(settings)
-    return next(
-        (one["description"] for one in speakers_and_controls(settings)["speakers"] if one["name"] == name), ""
-    )
+    return next((one["description"] for one in speakers_and_controls(settings)["speakers"] if one["name"] == name), "")
 
 
 def style_parameter(settings: Any) -> dict[str, str]:
@@ -175,16 +173,12 @@ def mood_label(affects: dict[str, float]) -> str:
 
 def style_items(settings: Any, context: Context) -> list[tuple]:
     """Return the items of the style menu: the checkpoint's speakers, random, and an expression written by hand."""
-    return _style_items(
-        tuple((one["name"], one["description"]) for one in speakers_and_controls(settings)["speakers"])
-    )
+    return _style_items(tuple((one["name"], one["description"]) for one in speakers_and_controls(settings)["speakers"]))
 
 
 def second_items(settings: Any, context: Context) -> list[tuple]:
     """Return the items of the menu of the second style."""
-    return _second_items(
-        tuple((one["name"], one["description"]) for one in speakers_and_controls(settings)["speakers"])
-    )
+    return _second_items(tuple((one["name"], one["description"]) for one in speakers_and_controls(settings)["speakers"]))
 
 
 @functools.lru_cache(maxsize=4)  # Blender keeps no reference to the texts of a menu

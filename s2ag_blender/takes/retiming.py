@@ -285,9 +285,7 @@ def check_recording(action: bpy.types.Action) -> None:
 
 def _check(path: str, known: dict[str, Any]) -> None:
     if recordings.differs(path, known.get(_FILE)):
-        raise UsageError(
-            f"{path} was overwritten since the take was performed for it.", "Put it back, or generate a new take."
-        )
+        raise UsageError(f"{path} was overwritten since the take was performed for it.", "Put it back, or generate a new take.")
 
 
 def change_sentence(what: Change) -> str:

@@ -11,11 +11,7 @@ from . import take_list
 
 
 def add_version(
-    armature: ArmatureObject,
-    former: bpy.types.Action,
-    action: bpy.types.Action,
-    warnings: Sequence[str] = (),
-    title: str = "",
+    armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Action, warnings: Sequence[str] = (), title: str = ""
 ) -> bool:
     """Add ``action`` as the newest version of the take that plays ``former``, with a ``title`` that says what is new; return
     False if no take plays that.

@@ -238,11 +238,7 @@ class S2AG_OT_rest_range(Directing, bpy.types.Operator):
     bl_label = "Rest"
 
     what: bpy.props.EnumProperty(name="Range", description="Which passage rests", items=_RANGES)
-    how: bpy.props.EnumProperty(
-        name="How",
-        description="How much the passage rests",
-        items=RESTS,
-    )
+    how: bpy.props.EnumProperty(name="How", description="How much the passage rests", items=RESTS)
 
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
         first, last = self.span(context, action, self.what)

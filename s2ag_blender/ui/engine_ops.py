@@ -220,13 +220,7 @@ class S2AG_OT_open_log(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (
-    S2AG_OT_engine_choose,
-    S2AG_OT_engine_check,
-    S2AG_OT_engine_cancel,
-    S2AG_OT_engine_leave,
-    S2AG_OT_open_log,
-)
+CLASSES = (S2AG_OT_engine_choose, S2AG_OT_engine_check, S2AG_OT_engine_cancel, S2AG_OT_engine_leave, S2AG_OT_open_log)
 
 
 def _show(context: Context, block: bpy.types.Text) -> bool:

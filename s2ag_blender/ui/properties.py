@@ -303,10 +303,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         update=update_preview,
     )
     target: bpy.props.PointerProperty(
-        type=bpy.types.Object,
-        name="Object",
-        description="What a hand holds or points at",
-        override=EDITABLE,
+        type=bpy.types.Object, name="Object", description="What a hand holds or points at", override=EDITABLE
     )
     bone_map: bpy.props.CollectionProperty(
         type=S2AG_BoneChoice,
@@ -321,10 +318,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         override=EDITABLE,
     )
     takes: bpy.props.CollectionProperty(
-        type=S2AG_Take,
-        name="Takes",
-        description="Takes of this character",
-        override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"},
+        type=S2AG_Take, name="Takes", description="Takes of this character", override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"}
     )
     active_take: bpy.props.IntProperty(
         name="Take", description="The take that the character plays", default=-1, override=EDITABLE, update=_on_active_take

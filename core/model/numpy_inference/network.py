@@ -77,9 +77,7 @@ class NumpyNetwork:
         """Move styles ``(B, style_size)`` along the learned control directions by ``wishes`` ``(B, 5)`` in -1..1."""
         return styles + np.einsum("bi,ij->bj", wishes, self.ways)
 
-    def encode(
-        self, mfcc: np.ndarray, words: np.ndarray, seeds: np.ndarray, prosody: np.ndarray | None = None
-    ) -> np.ndarray:
+    def encode(self, mfcc: np.ndarray, words: np.ndarray, seeds: np.ndarray, prosody: np.ndarray | None = None) -> np.ndarray:
         """Return features ``(T, channels)`` of everything but style and requested strokes.
 
         ``mfcc`` ``(Ta, mfcc_features)``, ``words`` ``(T, word_size)``, ``seeds`` ``(T, noise_size + 1)``, ``prosody``

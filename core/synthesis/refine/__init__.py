@@ -37,9 +37,7 @@ _LEAST = 1e-4
 """Change of a direction, 0.006 degrees, that nobody sees: without it the ends of corrections reach seconds away."""
 
 
-def refine(
-    directions: np.ndarray, kept: constraints.KeptFrames | None = None, rules: Sequence[Rule] = RULES
-) -> np.ndarray:
+def refine(directions: np.ndarray, kept: constraints.KeptFrames | None = None, rules: Sequence[Rule] = RULES) -> np.ndarray:
     """Apply ``rules`` to unit directions ``(frames, 9, 3)`` at 15 fps; what none of them corrects stays to the bit.
 
     Frames that are ``kept`` are put in, and led to; rules set in beside them (:func:`constraints.freedom`).
