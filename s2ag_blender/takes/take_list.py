@@ -16,6 +16,8 @@ from . import drafts, sound_strips, stored_settings
 
 _LONGEST_LINE = 24
 """Letters of a recording's name in that of an action; Blender before 5.0 cuts names at 63 bytes."""
+_DELETED = "s2ag_deleted"
+"""Custom property of actions that were deleted while takes made from them still need them."""
 
 
 def add_takes(
@@ -122,10 +124,25 @@ def delete(armature: ArmatureObject, indices: Iterable[int]) -> None:
 
 
 def discard(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Stop playing an action of ours, and delete it unless something else uses it."""
-    layers.hide(armature, action)
-    if action.users - action.use_fake_user <= 0:
-        bpy.data.actions.remove(action)
+    """Stop playing an action of ours, and delete it, now or as soon as nothing else uses it.
+
+    What it was made from plays again, unless that was deleted before it.
+    """
+    seen = {action.session_uid}
+    while True:
+        data = armature.animation_data
+        played = data is not None and data.action == action
+        layers.hide(armature, action)
+        if action.users - action.use_fake_user <= 0:
+            bpy.data.actions.remove(action)
+        elif action.library is None:
+            action[_DELETED] = True
+            action.use_fake_user = False  # that of a kept take would outlive the takes that were made from it
+        below = data.action if data is not None and played else None
+        if below is None or below.session_uid in seen or _DELETED not in below:
+            return
+        action = below
+        seen.add(action.session_uid)
 
 
 def others(armature: ArmatureObject) -> list[int]:

@@ -26,8 +26,9 @@ VOLATILE = {
     *("rna_type", "users", "session_uid", "tag", "is_evaluated", "original", "id_data", "preview", "is_updated"),
     *("name_full", "is_updated_data", "is_runtime_data", "bound_box", "select", "is_missing", "is_dirty"),
     *("library_weak_reference", "is_embedded_data", "use_extra_user", "override_library", "asset_data", "packed_files"),
+    "audio_codec",
 }
-"""What Blender itself changes, or what names something elsewhere."""
+"""What Blender itself changes, what names something elsewhere, and the codec that a film with a sound strip is given."""
 OF_SCENES = {
     *("frame_current", "frame_current_final", "frame_float", "frame_subframe", "sync_mode", "objects", "collection"),
     *("view_layers", "sequence_editor", "sequence_editor_create", "timeline_markers", "tool_settings", "cursor", "depsgraph"),
@@ -138,7 +139,7 @@ class Soak:
 
     def __init__(self, folder: Path, seed: int):
         self.chance, self.folder = random.Random(seed), folder
-        self.done, self.refused, self.wrong = Counter(), Counter(), []
+        self.done, self.refused, self.wrong, self.seed, self.pressed = Counter(), Counter(), [], seed, []
         self.voices = write_voices(folder)
         somebodys_scene(folder)
         bpy.context.scene.frame_set(1)
@@ -153,15 +154,16 @@ class Soak:
                 self.note(f"after {after}: {key} {'is lost' if key not in now else difference(value, now[key])}")
         if only_ours_gone:
             for key in now.keys() - self.before.keys():
-                self.note(f"after {after}: {key} was left")
+                self.note(f"after {after}: {key} was left, {holders(*key)}")
 
     def note(self, wrong: str) -> None:
         self.wrong.append(wrong)
-        print("WRONG", wrong, flush=True)
+        print("WRONG", f"seed {self.seed}", wrong, self.pressed, flush=True)
 
     def press(self, name: str, **options) -> None:
         """Call one of our operators where it can be called."""
         operator = getattr(bpy.ops.s2ag, name)
+        self.pressed.append(name)
         if not operator.poll():
             self.refused[name] += 1
             return
@@ -215,6 +217,7 @@ class Soak:
     def file(self, what: str, armature) -> None:
         """Undo, redo, save, load again, or delete a character."""
         self.done[what] += 1
+        self.pressed.append(what)
         if what in ("undo", "redo"):
             with contextlib.suppress(RuntimeError):  # there may be nothing to undo
                 getattr(bpy.ops.ed, what)()
@@ -251,6 +254,15 @@ class Soak:
         bpy.ops.wm.save_mainfile()
         bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
         self.compare("the end", only_ours_gone=True)
+
+
+def holders(kind: str, name: str) -> str:
+    """What keeps a datablock in the file."""
+    block = getattr(bpy.data, kind)[name] if hasattr(bpy.data, kind) else None
+    if block is None:
+        return "by nothing"
+    named = [f"{type(one).__name__} {one.name}" for one in bpy.data.user_map(subset=[block])[block]]
+    return f"used by {named}{', with a fake user' if block.use_fake_user else ''}, {block.users} in all"
 
 
 def difference(one, other, path: str = "") -> str:

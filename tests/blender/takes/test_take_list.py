@@ -68,6 +68,18 @@ def test_kept_takes_survive_deleting_the_others(three):
     assert set(bpy.data.actions) == {kept, shown}
 
 
+def test_a_kept_take_that_another_was_made_from_goes_with_it(speaker):
+    press(bpy.ops.s2ag.generate)
+    bpy.ops.s2ag.keep_take()
+    speaker.s2ag.start_frame = 200
+    press(bpy.ops.s2ag.generate)
+    first, second = (take.action.name for take in speaker.s2ag.takes)
+    take_list.delete(speaker, [0])
+    assert [take.action.name for take in speaker.s2ag.takes] == [second] and first in bpy.data.actions
+    take_list.delete(speaker, [0])
+    assert played(speaker) is None and not len(bpy.data.actions)
+
+
 def test_deleting_the_take_that_plays_plays_its_neighbour(three):
     three.s2ag.active_take = 1
     last = three.s2ag.takes[2].action
