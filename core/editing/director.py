@@ -1,4 +1,5 @@
-"""Applies an animator's edits to a take, one after the other, by regenerating the phrase around each.
+"""Applies an animator's edits to a take, one after the other, by regenerating the phrase around each; changes of style and of
+feeling come first, whenever they were decided, so that all others stand in them.
 
 Frames outside the spans of an edit stay equal to the bit. Inside, the generator leads from the poses before to those after,
 and through the core of the requested gesture; the best of several seeds is used, judged by the time, hand and size of the
@@ -6,9 +7,10 @@ stroke and by how sudden the joins are.
 """
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from os import PathLike
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,13 +22,15 @@ from ..synthesis.request import Request, Result
 from ..synthesis.session import Session
 from ..synthesis.session_cache import recording_key
 from ..synthesis.stages import Stages
-from . import edit_actions
-from .edits import check
+from . import edit_actions, semantic_gestures
+from .edits import TURNS, before_turn, check, performing_order
 from .edits import of as edits_of
 from .provenance import request_from_meta
 from .regeneration import Regenerator
 from .targets import State
 
+_REMADE = ("move", "delete", "rest", "change", "add", "reroll")
+"""Edits that a later change of style or feeling would undo; poses and places are fixed frames that it leaves."""
 _MAX_TAKES = 4
 """Takes whose states after each edit are cached."""
 
@@ -52,10 +56,10 @@ class Director:
     ) -> Result:
         """Return the take of a request after ``edits`` (:mod:`edits`), with warnings on what could not be achieved.
 
-        The same request, edits and checkpoint give the same motion. Of the first ``forgiven`` edits those that cannot be
-        applied are passed over with a warning; their numbers, from 0, are ``meta["unmet"]``. Raises what
-        :meth:`Session.synthesize` raises, and :class:`UsageError` for other edits that cannot be applied, and if the request
-        is for several takes.
+        The same request, edits and checkpoint give the same motion. Of the first ``forgiven`` edits, and of those before a
+        later change of style or feeling, those that cannot be applied are passed over with a warning; their numbers, from 0,
+        are ``meta["unmet"]``. Raises what :meth:`Session.synthesize` raises, and :class:`UsageError` for other edits that
+        cannot be applied, and if the request is for several takes.
         """
         if (count := len(request.identities)) != 1:
             raise UsageError(f"{count} takes cannot be directed at once.", "Ask for the one that the edits are about.")
@@ -65,12 +69,14 @@ class Director:
         if not states:
             result = self.session.synthesize(request, progress, cancelled)
             states = [("", State.of(result.motions[0], result.warnings))]
-        self._states[key] = states = self._continue(request, states, edits, stages, forgiven)
+        order = performing_order(edits)
+        self._states[key] = states = self._continue(request, states, edits, order, stages, forgiven)
         for old in list(self._states)[:-_MAX_TAKES]:
             del self._states[old]
         state = states[-1][1]
         heard, performers = self.session.hear(request, stages)
-        return Result([state.motion], heard.words, list(state.warnings), dict(stages.seconds), performers.own)
+        motion = _documented(state.motion, edits, order)
+        return Result([motion], heard.words, list(state.warnings), dict(stages.seconds), performers.own)
 
     def edit(
         self,
@@ -82,7 +88,8 @@ class Director:
     ) -> tuple[Motion, list[str]]:
         """Apply edits to a ``motion`` of the recording ``audio``, which may have been edited before; return it with warnings.
 
-        Style changes, poses and hand places of earlier edits, known from its provenance, are kept; ``words`` are as in
+        Earlier edits, known from its provenance, are kept; where a change of style or feeling performs their moments anew, they
+        are done again. ``words`` are as in
         :func:`provenance.request_from_meta`. Raises :class:`UsageError` for edits that cannot be applied, and where recording
         or weights are not those of the take.
         """
@@ -93,25 +100,71 @@ class Director:
         heard, _ = self.session.hear(request, stages)
         if motion.meta.get("audio") != heard.digest:
             raise UsageError("The take is of another recording.", "Name the one that it was made for.")
-        state = State.of(motion).after(check(motion.meta.get("edits", [])))
-        state = self._continue(request, [("", state)], check(edits), stages)[-1][1]
-        return state.motion, list(state.warnings)
+        made = check(motion.meta.get("edits", []))
+        every = [*made, *check(edits)]
+        state, new = State.of(motion).after(made), performing_order(every[len(made) :])
+        new = [len(made) + number for number in new]
+        turns, others = ([number for number in new if (every[number]["do"] in TURNS) == turn] for turn in (True, False))
+        state = self._continue(request, [("", state)], every, turns, stages)[-1][1]
+        anew = [span for one in state.motion.meta.get("touched", [])[len(made) :] for span in one]
+        lost = motion.meta.get("unmet", ())
+        again = [number for number, edit in enumerate(made) if number not in lost and _lies_in(edit, anew, motion)]
+        state = self._continue(request, [("", state)], every, again + others, stages)[-1][1]
+        return _documented(state.motion, every, turns + again + others, motion.meta), list(state.warnings)
 
     def _continue(
-        self, request: Request, cached: list[tuple[str, State]], edits: list[dict], stages: Stages, forgiven: int = 0
+        self,
+        request: Request,
+        cached: list[tuple[str, State]],
+        edits: list[dict],
+        order: list[int],
+        stages: Stages,
+        forgiven: int = 0,
     ) -> list[tuple[str, State]]:
-        """Return the states after each edit, each with its edit as JSON, reusing ``cached`` ones of the same first edits."""
+        """Return the states after each edit of ``order``, numbers of ``edits``, each with its edit as text; ``cached`` ones of
+        the same first edits are reused.
+        """
         same = 0
-        texts = [json.dumps(edit, sort_keys=True) for edit in edits]
+        texts = [f"{number} {json.dumps(edits[number], sort_keys=True)}" for number in order]
+        may_fail = [number < forgiven or before_turn(edits, number) for number in order]
         while same < len(texts) and same + 1 < len(cached) and cached[same + 1][0] == texts[same]:
+            if order[same] in cached[same + 1][1].motion.meta.get("unmet", ()) and not may_fail[same]:
+                break
             same += 1
         states = cached[: same + 1]
-        if same < len(edits):
+        if same < len(order):
             filler = Regenerator(self.session, request, stages)
-            for number in range(same, len(edits)):
-                state = edit_actions.apply_edit(filler, states[-1][1], edits[number], number + 1, number < forgiven)
-                states.append((texts[number], state))
+            for number, text, is_forgiven in list(zip(order, texts, may_fail, strict=True))[same:]:
+                state = edit_actions.apply_edit(filler, states[-1][1], edits[number], number + 1, is_forgiven)
+                states.append((text, state))
         return states
+
+
+def _documented(motion: Motion, edits: list[dict], order: Sequence[int], before: Mapping = MappingProxyType({})) -> Motion:
+    """Return a motion whose provenance has the edits, what they touched and which could not be done as the document numbers
+    them; they were done in ``order``, on a take with the provenance ``before``.
+    """
+    if not edits:
+        return motion
+    old = list(before.get("touched", []))
+    touched = [*old, *([] for _ in range(len(edits) - len(old)))][: len(edits)]
+    for number, spans in zip(order, motion.meta.get("touched", [])[len(old) :], strict=True):
+        touched[number] = [*touched[number], *spans]
+    meta = {**motion.meta, "edits": edits, "touched": touched}
+    return replace(motion, meta={**meta, "unmet": sorted(set(meta["unmet"]))} if "unmet" in meta else meta)
+
+
+def _lies_in(edit: dict, spans: Sequence[Sequence[float]], motion: Motion) -> bool:
+    """Return whether what an edit made lies in spans of seconds that were performed anew since."""
+    if edit["do"] not in _REMADE:
+        return False
+    if edit["do"] == "add" and "word" in edit:
+        times = [semantic_gestures.word_time(motion.words, edit["word"], edit.get("nth", 1))]
+    elif "from" in edit:
+        return any(edit["from"] < stop and start < edit["to"] for start, stop in spans)
+    else:
+        times = np.atleast_1d(edit["to"] if "to" in edit else edit["at"])
+    return any(start <= at <= stop for start, stop in spans for at in times)
 
 
 def perform(

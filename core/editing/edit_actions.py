@@ -10,13 +10,11 @@ from ..motion import skeleton
 from ..motion.motion import Motion
 from ..synthesis import strokes
 from . import frame_ranges, gestures, quieting, regeneration, semantic_gestures, stroke_core, stroke_placement
-from .edits import OFF
+from .edits import OFF, TURNS
 from .gestures import BEAT, Gesture
 from .regeneration import Regenerator
 from .targets import LOOSE, State, StrokeTarget, best_attempt, turns
 
-_TURNS = ("style", "feel")
-"""Edits that change who performs, from their moment on."""
 GIVE_WAY = 0.8
 """Seconds around a stroke in which other gestures are given up in a second try, where the first one failed beside them."""
 _REST_AROUND = 1.2
@@ -36,7 +34,7 @@ def apply_edit(filler: Regenerator, state: State, edit: dict, number: int, forgi
     """
     if edit.get(OFF):
         return _noted(state, state, edit)
-    filler = filler if edit["do"] in _TURNS else filler.turned(state.changes, state.feelings)
+    filler = filler if edit["do"] in TURNS else filler.turned(state.changes, state.feelings)
     try:
         result, miss = _ACTIONS[edit["do"]](filler, state, edit, 0.0)
         if miss > 1:
@@ -53,7 +51,7 @@ def apply_edit(filler: Regenerator, state: State, edit: dict, number: int, forgi
     if miss > 1:
         warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
     places = [(round(a * skeleton.FPS), round(b * skeleton.FPS) + 1) for a, b in _changed_seconds(state.motion, result.motion)]
-    excess = 0.0 if edit["do"] in _TURNS else regeneration.speed_excess(state.motion, result.motion, places)
+    excess = 0.0 if edit["do"] in TURNS else regeneration.speed_excess(state.motion, result.motion, places)
     if excess > _WARN_EXCESS:
         warnings += (
             f"Edit {number} ({edit['do']}) moves up to {excess:.0%} more suddenly than the take does: give it more room.",

@@ -1,7 +1,7 @@
 """The edit document: a JSON list of edits to a take, each applied to the result of the ones before it."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -116,6 +116,8 @@ ACTIONS: dict[str, tuple[_Readers, _Readers]] = {
     "place": ({"from": _seconds, "to": _seconds, "hand": _one_of(*HANDS[:2]), "place": _vectors(3)}, {}),
 }
 """Kind of edit -> its required keys and its optional keys, each with the function that reads and checks its value."""
+TURNS = ("style", "feel")
+"""Edits that change who performs, or how, from their moment on: all other edits of a document are made within them."""
 OFF = "off"
 """Key that any edit may have; with ``true`` it stays in the document and is not done."""
 
@@ -179,6 +181,16 @@ def _check_keys_together(action: str, edit: dict) -> None:
 def active(edits: Iterable[dict]) -> list[dict]:
     """Return the edits that are not switched off."""
     return [edit for edit in edits if not edit.get(OFF)]
+
+
+def performing_order(edits: Sequence[Mapping]) -> list[int]:
+    """Return the numbers of edits, from 0, in the order in which they are done: :data:`TURNS` first, wherever they stand."""
+    return sorted(range(len(edits)), key=lambda number: edits[number].get("do") not in TURNS)
+
+
+def before_turn(edits: Sequence[Mapping], number: int) -> bool:
+    """Return whether an edit was decided before a later one of :data:`TURNS`, after which it may not be possible any more."""
+    return any(edit.get("do") in TURNS and not edit.get(OFF) for edit in edits[number + 1 :])
 
 
 def load(path: str | PathLike) -> list[dict]:

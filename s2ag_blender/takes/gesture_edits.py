@@ -9,6 +9,7 @@ import bpy
 
 from ...core import json_text
 from ...core.editing import gestures
+from ...core.editing.edits import performing_order
 from ...core.errors import UsageError
 from ...core.motion.motion import Motion
 from .. import json_properties, provenance
@@ -258,9 +259,15 @@ def restore_untouched_keys(former: bpy.types.Action, action: bpy.types.Action, s
     meta, before = provenance.read(action), provenance.read(former)
     if not meta or not before or any(meta.get(name) != before.get(name) for name in ("start", "place", timing.WAY)):
         return
-    pairs = list(zip(edits_of(former), edits_of(action), strict=False))
-    same = next((number for number, (old, new) in enumerate(pairs) if old != new), len(pairs))
-    spans = [span for one in (before, meta) for part in one.get("touched", [])[same:] for span in part]
+    every = [_performed(one) for one in (before, meta)]
+    same = next((at for at, (old, new) in enumerate(zip(*every, strict=False)) if old[0] != new[0]), min(map(len, every)))
+    spans = [span for one in every for _, touched in one[same:] for span in touched]
     clock = timing.clock_of(meta, scene_fps(scene))
     near = [(clock.frame(low - _EDIT_MARGIN), clock.frame(high + _EDIT_MARGIN)) for low, high in spans]
     key_restoring.restore_outside(former, action, near)
+
+
+def _performed(meta: dict[str, Any]) -> list[tuple[dict, list]]:
+    """Return the edits of a take in the order in which they were done, each with the seconds that it touched."""
+    edits, touched = meta.get("edits", []), meta.get("touched", [])
+    return [(edits[at], touched[at] if at < len(touched) else []) for at in performing_order(edits)]

@@ -2,7 +2,8 @@
 
 import bpy
 import pytest
-from acted import now, press
+from acted import apart, curves, now, pose, press
+from mathutils import Quaternion
 from s2ag.s2ag_blender.takes import decisions, gesture_edits, menu_items, session, take_list
 from s2ag.s2ag_blender.ui import decisions as panel
 
@@ -18,6 +19,36 @@ def test_a_feeling_begins_at_the_playhead_and_is_a_decision_that_can_be_changed(
     assert press(bpy.ops.s2ag.change_decision, number=0, arousal=-0.4, valence=0.0, dominance=0.0) == {"FINISHED"}
     assert gesture_edits.edits_of(now(speaker))[0]["arousal"] == pytest.approx(-0.4)
     assert "feel" in panel._CHANGEABLE
+
+
+def test_a_style_or_feeling_that_is_chosen_later_loses_no_pose_and_no_gesture(speaker, take):
+    scene = bpy.context.scene
+    scene.frame_set(240)
+    bone = next(one for one in speaker.pose.bones if "arm" in one.name.lower())
+    bone.rotation_mode = "QUATERNION"
+    bone.rotation_quaternion = bone.rotation_quaternion @ Quaternion((1, 0, 0), 0.8)
+    bone.keyframe_insert("rotation_quaternion", frame=240)
+    wanted = pose(speaker, 240)
+    press(bpy.ops.s2ag.keep_pose)
+    scene.frame_set(300)
+    press(bpy.ops.s2ag.add_gesture, kind="point")
+    at = gesture_edits.edits_of(now(speaker))[1]["at"]
+    for operator, chosen in ((bpy.ops.s2ag.style_from, {"style": "stern"}), (bpy.ops.s2ag.feeling_from, {"mood": "sleepy"})):
+        scene.frame_set(180)
+        before = curves(now(speaker))
+        assert press(operator, **chosen) == {"FINISHED"}
+        assert not decisions.unmet(now(speaker)) and apart(wanted, pose(speaker, 240)) < 0.1
+        shown = gesture_edits.shown_gestures(now(speaker), scene)
+        assert any(one.kind == "point" and abs(one.at - at) < 0.15 for one in shown)
+        assert moved(before, curves(now(speaker)), 200)
+    assert [edit["do"] for edit in gesture_edits.edits_of(now(speaker))] == ["pose", "add", "style", "feel"]
+
+
+def moved(before, after, frame):
+    """Whether keys differ, and only from shortly before ``frame`` on."""
+    pairs = [pair for key, points in before.items() for pair in zip(points, after[key], strict=True)]
+    first = min((old[0] for old, new in pairs if old[1] != new[1]), default=0)
+    return frame - 30 <= first <= frame + 30
 
 
 def test_rest_and_point_are_kinds(speaker, take):
