@@ -37,7 +37,7 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     part: bpy.props.EnumProperty(
         name="Part",
         description="Part of the body that the bones are",
-        items=[(part, readiness.label(part), readiness.label(part)) for part in (*ROWS, "crown")],
+        items=[(part, readiness.label(part), "") for part in (*ROWS, "crown")],
     )
 
     @classmethod

@@ -26,6 +26,7 @@ class CurveSettings:
         default=1.0,
         min=0.6,
         max=2.0,
+        subtype="FACTOR",
         override=EDITABLE,
         update=update_preview,
     )
@@ -63,6 +64,7 @@ class CurveSettings:
         default=1,
         min=1,
         max=12,
+        subtype="TIME",
         override=EDITABLE,
         update=update_preview,
     )

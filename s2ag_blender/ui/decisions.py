@@ -15,12 +15,19 @@ from ..translations import translate
 from .bases import OperatorResult, require_character
 from .directing import AS_IT_IS, RESTS, Directing
 from .panel import Sidebar
+from .setting_properties import SETTINGS
 
 _CHANGEABLE = {
     "move": ("to",), "change": ("kind", "hand", "size"), "add": ("kind", "hand", "size"), "reroll": ("seed",), "rest": ("how",),
     "feel": ("arousal", "valence", "dominance"),
 }  # fmt: skip
 """What can be changed about an edit."""
+
+
+def _control(name: str) -> Any:
+    """Return the property of a feeling, with the words of its slider."""
+    one = SETTINGS[name]
+    return bpy.props.FloatProperty(name=one.label, description=one.tip, min=-1.0, max=1.0, subtype="FACTOR")
 
 
 class _OnDecision(Directing):
@@ -65,16 +72,22 @@ class S2AG_OT_change_decision(_OnDecision, bpy.types.Operator):
     bl_idname = "s2ag.change_decision"
     bl_label = "Change Decision"
 
-    to: bpy.props.FloatProperty(name="To", description="Seconds of the recording to move it to", min=0.0, options={"SKIP_SAVE"})
+    to: bpy.props.FloatProperty(
+        name="To",
+        description="Seconds of the recording to move it to",
+        min=0.0,
+        subtype="TIME_ABSOLUTE",
+        options={"SKIP_SAVE"},
+    )
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(AS_IT_IS, *menu_items.KINDS))
     hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *menu_items.HANDS))
     size: bpy.props.FloatProperty(
         name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST
     )
     seed: bpy.props.IntProperty(name="Seed", description="Another seed is another performance", min=0)
-    arousal: bpy.props.FloatProperty(name="Energy", min=-1.0, max=1.0, subtype="FACTOR")
-    valence: bpy.props.FloatProperty(name="Mood", min=-1.0, max=1.0, subtype="FACTOR")
-    dominance: bpy.props.FloatProperty(name="Confidence", min=-1.0, max=1.0, subtype="FACTOR")
+    arousal: _control("arousal")
+    valence: _control("valence")
+    dominance: _control("dominance")
     how: bpy.props.EnumProperty(name="How", description="How much the passage rests", items=RESTS)
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:

@@ -122,7 +122,9 @@ class S2AG_OT_engine_choose(bpy.types.Operator):
     bl_label = "Choose Engine"
 
     filepath: bpy.props.StringProperty(
-        subtype="FILE_PATH", description="A Python with the package s2ag[full], or the folder of its environment"
+        name="File Path",
+        description="A Python with the package s2ag[full], or the folder of its environment",
+        subtype="FILE_PATH",
     )
 
     @classmethod

@@ -142,7 +142,7 @@ class S2AG_OT_learn(OperatorMixin, bpy.types.Operator):
     bl_idname = "s2ag.learn"
     bl_label = "Learn from This Action"
 
-    directory: bpy.props.StringProperty(subtype="DIR_PATH", description="Folder of takes")
+    directory: bpy.props.StringProperty(name="Folder", description="Folder of takes", subtype="DIR_PATH")
 
     @classmethod
     def poll(cls, context: Context) -> bool:

@@ -32,7 +32,7 @@ def why_disabled(context: Context) -> str:
     if ready is not None and ready.problem:
         return ready.problem
     if armature.s2ag.transcript_source == "RECOGNISE" and engine_state.has_recogniser(context) is False:
-        return translate("The engine has no speech recogniser yet")
+        return translate("The engine has no speech recognizer yet")
     return sources.missing_inputs(armature.s2ag, context.scene)
 
 
@@ -183,7 +183,9 @@ class S2AG_OT_add_human(_AddCharacter, bpy.types.Operator):
     bl_label = "Gesturing Human"
     character = "human"
 
-    gender: bpy.props.EnumProperty(name="Gender", items=[("female", "Woman", ""), ("male", "Man", "")])
+    gender: bpy.props.EnumProperty(
+        name="Gender", description="Whose body it has", items=[("female", "Woman", ""), ("male", "Man", "")]
+    )
 
 
 class S2AG_OT_add_mannequin(_AddCharacter, bpy.types.Operator):

@@ -119,7 +119,7 @@ def draw_recogniser(layout: bpy.types.UILayout, context: Context) -> None:
     if engine_state.has_recogniser(context) is not False:
         layout.label(text="English speech only", icon="INFO")
         return
-    draw_sentence(layout, translate("The engine has no speech recogniser yet"), "INFO")
+    draw_sentence(layout, translate("The engine has no speech recognizer yet"), "INFO")
     if engine_state.is_bundled(context):
         draw_sentence(
             layout, translate('In a Python of your own: pip install "s2ag[full,recognise]", then choose it'), "BLANK1"

@@ -58,7 +58,7 @@ class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
             return
         about = translate(
             "A Python of your own with PyTorch, for gesture models of other kinds and other devices, and with the speech "
-            "recogniser if wanted. Gestures do not need it. It is 3.11 or newer, and made outside Blender: install the package "
+            "recognizer if wanted. Gestures do not need it. It is 3.11 or newer, and made outside Blender: install the package "
             "there, then choose that Python."
         )
         _draw_wrapped(body.column(align=True), about)
@@ -90,7 +90,7 @@ def _draw_facts(column: bpy.types.UILayout) -> None:
     _row(column, "S2AG", facts.get("s2ag", ""))
     _row(column, "Gesture Model", f"{facts.get('checkpoint', '')}  {facts.get('hash', '')[:12]}")
     _row(column, "Runs On", facts.get("device", ""))
-    _row(column, "Recogniser", translate("installed") if facts.get("recogniser") else translate("not installed"))
+    _row(column, "Recognizer", translate("installed") if facts.get("recogniser") else translate("not installed"))
 
 
 def _row(column: bpy.types.UILayout, name: str, value: str) -> None:

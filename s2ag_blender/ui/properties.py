@@ -68,6 +68,11 @@ def _factor(name: str, description: str, default: float, high: float = 1.5, upda
     )
 
 
+def _action() -> Any:
+    about = "The action that holds its keys"
+    return bpy.props.PointerProperty(type=bpy.types.Action, name="Action", description=about, override=EDITABLE)
+
+
 class S2AG_BoneChoice(bpy.types.PropertyGroup):
     """Bones that the user chose for a part of the body; ``name`` is the part."""
 
@@ -84,7 +89,7 @@ class S2AG_BoneChoice(bpy.types.PropertyGroup):
 class S2AG_Version(bpy.types.PropertyGroup):
     """A take after one of its edits; ``name`` is its number."""
 
-    action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
+    action: _action()
     warnings: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # one per line
     title: bpy.props.StringProperty(options={"HIDDEN"}, override=EDITABLE)  # what it did
 
@@ -93,7 +98,7 @@ class S2AG_Take(bpy.types.PropertyGroup):
     """A take of a character; its provenance is stored on its action. ``name`` is its number, which is never reused."""
 
     title: bpy.props.StringProperty(name="Title", description="What this take is called", override=EDITABLE, update=_on_title)
-    action: bpy.props.PointerProperty(type=bpy.types.Action, name="Action", override=EDITABLE)
+    action: _action()
     keep: bpy.props.BoolProperty(
         name="Keep", description="Spare this take when the others are deleted", override=EDITABLE, update=_on_keep
     )
@@ -164,14 +169,14 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
             ("BLOCK", "Text Block", "A text of this file, as the text editor shows it"),
             ("TYPED", "Typed", "Words typed here"),
             ("NONE", "None", "The audio alone gestures"),
-            ("RECOGNISE", "Recognise", "What the engine's speech recogniser hears in the recording, in English"),
+            ("RECOGNISE", "Recognize", "What the engine's speech recognizer hears in the recording, in English"),
         ],
         override=EDITABLE,
     )
     transcript_block: bpy.props.PointerProperty(
         type=bpy.types.Text, name="Text Block", description="Text with the words of the recording", override=EDITABLE
     )
-    typed: bpy.props.StringProperty(name="Words", description="What is said in the recording", override=EDITABLE)
+    typed: bpy.props.StringProperty(name="Typed Words", description="What is said in the recording", override=EDITABLE)
 
     style_pick: bpy.props.EnumProperty(
         name="Style",
@@ -222,6 +227,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         name="Start Frame",
         description="Frame on which the recording starts",
         default=1,
+        subtype="TIME",
         override=EDITABLE,
         update=update_preview,
     )
@@ -243,6 +249,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         default=8,
         min=0,
         soft_max=48,
+        subtype="TIME",
         override=EDITABLE,
         update=update_preview,
     )
@@ -252,6 +259,7 @@ class S2AG_Settings(SettingProperties, CurveSettings, bpy.types.PropertyGroup):
         default=8,
         min=0,
         soft_max=48,
+        subtype="TIME",
         override=EDITABLE,
         update=update_preview,
     )

@@ -195,7 +195,7 @@ class S2AG_PT_body(_SubPanel, bpy.types.Panel):
             row.prop(settings, name, slider=True)
         column.prop(settings, "palms", slider=True)
         if not {"TORSO", "HEAD", "CLAVICLES"} <= set(settings.parts):
-            layout.label(text="Greyed parts are not keyed", icon="INFO")
+            layout.label(text="Grayed parts are not keyed", icon="INFO")
 
 
 class S2AG_PT_curves(_SubPanel, bpy.types.Panel):

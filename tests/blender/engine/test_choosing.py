@@ -115,9 +115,9 @@ def test_the_panel_leads_to_the_recogniser(extension):
     if engine_state.has_recogniser(bpy.context):
         pytest.skip("this Python has the recogniser")
     shown = panel_with_recogniser()
-    assert "The engine has no speech recogniser yet" in " ".join(shown)
+    assert "The engine has no speech recognizer yet" in " ".join(shown)
     assert shown["s2ag.engine_choose"]
-    with pytest.raises(RuntimeError, match="no speech recogniser"):
+    with pytest.raises(RuntimeError, match="no speech recognizer"):
         bpy.ops.s2ag.generate()
 
 

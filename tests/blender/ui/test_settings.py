@@ -131,7 +131,7 @@ def test_words_that_the_engine_recognises(speaker, examples):
     assert told["recognise"] and not {"text", "transcript"} & set(told)
     shown = " ".join(drawn())
     if engine_state.has_recogniser(bpy.context) is False:
-        assert "The engine has no speech recogniser yet" in shown and not bpy.ops.s2ag.generate.poll()
+        assert "The engine has no speech recognizer yet" in shown and not bpy.ops.s2ag.generate.poll()
         assert "recognise]" in shown
         return
     assert "English speech only" in shown
