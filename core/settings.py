@@ -152,6 +152,14 @@ class Settings:
         label="Meaning", group="expression", preset=True,
         tip='How readily phrases such as "I don\'t know" get gestures of their own; 1 is as readily as the style would',
     )  # fmt: skip
+    meanings: dict = setting(
+        dict, kind="document", column=True, cell=("own",), meta="set", restored=("arms",), metavar="FILE",
+        help="which words are shown by which gestures, instead of what is understood: a document as s2ag meaning prints it "
+        "(see docs/meaning.md)",
+        label="Meanings", group="expression", previewed=False,
+        tip="Which words are shown by which gestures: a file as s2ag meaning prints it; "
+        "if empty, what is understood of the words",
+    )  # fmt: skip
     hands: float = setting(
         0.0, usual=1.0, low=0.0, high=1.0, wrong="Hands of {} are out of range.", column=True, meta="always",
         restored=("arms",), metavar="X",

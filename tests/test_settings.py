@@ -43,6 +43,7 @@ _DECISIONS = "s2ag_blender/takes/decisions.py", "s2ag_blender/ui/decisions.py"  
 _STATED = ("core/synthesis/postprocess.py",)  # keys of provenance
 ELSEWHERE: dict[str, tuple[str, ...]] = {
     "hand": (  # of a gesture or an edit; a bone or its part of a rig
+        *("core/cli/meaning.py", "core/meaning/"),
         *("core/editing/", "core/motion/stroke_requests.py", "rigs/", "s2ag_blender/characters/", "s2ag_blender/rig/"),
         "s2ag_blender/render/sheet.py",
         *("s2ag_blender/takes/constraints.py", "s2ag_blender/ui/directing.py", "s2ag_blender/ui/gesture_panel.py", *_DECISIONS),
@@ -52,6 +53,7 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
         *("core/cli/rig.py", "core/motion/", "s2ag_blender/characters/", "s2ag_blender/ui/subpanels.py"),
     ),
     "affect": ("core/model/",),  # a part of imported networks
+    "meanings": ("core/meaning/sentence.py", "core/model/"),  # a folder, a part of a network
     "meaning": ("core/motion/stroke_requests.py",),  # a channel
     "rate": ("core/motion/",),  # frames a second
     "turn": ("core/meaning/",),  # of a palm

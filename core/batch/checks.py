@@ -12,7 +12,7 @@ from .. import characters, control_curves, styles
 from ..declaration import columns
 from ..editing import edits
 from ..errors import S2agError, UsageError
-from ..meaning import vocabulary
+from ..meaning import document, vocabulary
 from ..model.checkpoint_metadata import describe
 from ..motion import rhubarb
 from ..settings import CONTROLS, Settings, checkpoint_of, names_with
@@ -35,6 +35,7 @@ _FILES = (
     *((name, audio.check_readable) for name in ("audio", *names_with(kind="path", partner=True))),
     *((name, _read_words) for name in names_with(kind="path", words=True)),
     *(("vectors", table.check_readable), ("map", maps.load), ("edits", edits.load)),
+    ("meanings", document.load),
     *(("face_map", shapes.load), ("rhubarb", rhubarb.load)),
 )
 """Columns that name files, and functions that raise an error for an unusable file."""
@@ -117,7 +118,7 @@ def request(clip: Clip) -> "Request":
     for name, one in columns(Settings).items():
         if one.by_character and asked[name] is None:
             asked[name] = one.by_character(clip.character)
-    return Request(clip.audio, **asked, **control_curves.of(clip))
+    return Request(clip.audio, **asked, **control_curves.of(clip), **document.of(clip))
 
 
 def _names(clips: list[Clip]) -> Iterator[Problem]:

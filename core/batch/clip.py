@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     class _Row(Documents, Settings, Models):
         curves: Any  # the path of a document
+        meanings: Any  # the same
 else:
     _Row = row_of(Settings, Documents, Models)
 
@@ -59,11 +60,11 @@ class Clip(_Row):
     """A row; ``line`` is its line in the manifest, ``name`` the stem of its files. Paths are absolute.
 
     Words come from ``transcript``, ``text`` or ``recognise``, or there are none (``no_transcript``). The settings are those of
-    :class:`settings.Settings`, :class:`settings.Models` and :class:`settings.Documents` that are columns; ``curves`` is the
-    path of a document; a setting whose default depends on the character is None where the row leaves it empty. Rows with the
-    same ``scene`` are rendered together, each with its own recording, which begins ``delay`` seconds into the film, whose
-    first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without any of them a
-    ``.blend`` file keeps its own.
+    :class:`settings.Settings`, :class:`settings.Models` and :class:`settings.Documents` that are columns; ``curves`` and
+    ``meanings`` are paths of documents; a setting whose default depends on the character is None where the row leaves it
+    empty. Rows with the same ``scene`` are rendered together, each with its own recording, which begins ``delay`` seconds
+    into the film, whose first frame is ``start_frame``. ``engine``, ``resolution`` and ``fps`` override the preset; without
+    any of them a ``.blend`` file keeps its own.
     """
 
     line: int

@@ -217,7 +217,7 @@ def delete_leftovers(batch: Batch, chosen: Sequence[Unit]) -> None:
 
 def _engine_facts(models: tuple[str | None, ...], has_words: bool, recognises: bool) -> list:
     """Return all inputs of a motion that are not in its row: versions of this program, and hashes of the models used."""
-    from ..meaning import vocabulary
+    from ..meaning import sentence, vocabulary
     from ..synthesis import postprocess
     from ..words import align, recognise
 
@@ -233,7 +233,7 @@ def _engine_facts(models: tuple[str | None, ...], has_words: bool, recognises: b
     ]
     if has_words:
         used += [align.VERSION, _content(named["vectors"]), _contents(named["aligner_model"]), named["language"]]
-        used += [_content(vocabulary.PATH), _content(named["vocabulary"])]
+        used += [_content(vocabulary.PATH), _content(named["vocabulary"]), *map(_content, sentence.files(named["language"]))]
     if recognises:
         used += [recognise.VERSION, _contents(named["recogniser_model"])]
     return used

@@ -13,6 +13,7 @@ VERBS = (synth, animate, styles)
 """Modules of the verbs that the Python package and Blender's extension have."""
 PACKAGE_VERBS = {
     "edit": "engine",
+    "meaning": "engine",
     "rig": "blender",
     "engine": "full",
     "doctor": "engine",

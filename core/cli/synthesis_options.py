@@ -90,6 +90,7 @@ def inputs(options: argparse.Namespace) -> list[Path]:
 def request(options: argparse.Namespace, **changes: Any) -> "Request":
     """Return the :class:`Request` that the options describe; raises :class:`UsageError` for values out of range."""
     from .. import control_curves
+    from ..meaning import document
     from ..synthesis.request import Request
 
     if getattr(options, "chosen", None):
@@ -100,7 +101,7 @@ def request(options: argparse.Namespace, **changes: Any) -> "Request":
     if options.audio is None:
         raise UsageError("No recording was given.", "Name an audio or video file.")
     values = {one.name: _value(options, one) for one in options_of(Settings) if one.kind != "document"}
-    return Request(options.audio, **(values | control_curves.of(options) | changes))
+    return Request(options.audio, **(values | control_curves.of(options) | document.of(options) | changes))
 
 
 def _value(options: argparse.Namespace, setting: Setting) -> Any:

@@ -67,15 +67,19 @@ class Grammar:
     classes: Mapping[str, frozenset]
 
 
-@lru_cache(maxsize=4)
-def load_grammar(language: str = "en") -> Grammar | None:
+def files(language: str | None = None) -> list[Path]:
+    """Return the files of what is known of a language, by its code as in ``de`` or ``pt-br`` (None: English)."""
+    code = (language or "en").strip().lower().replace("_", "-").split("-")[0]
+    return [path for path in (FOLDER / f"{code}.json", FOLDER / f"{code}.words.json") if path.is_file()]
+
+
+@lru_cache(maxsize=8)
+def load_grammar(language: str | None = None) -> Grammar | None:
     """Load the grammar of a language as in ``de``; None where there is none."""
-    path = FOLDER / f"{language}.json"
-    if not path.is_file():
+    found = [json.loads(path.read_text("utf-8")) for path in files(language)]
+    if not found:
         return None
-    data = json.loads(path.read_text("utf-8"))
-    table = FOLDER / f"{language}.words.json"
-    words = json.loads(table.read_text("utf-8")) if table.is_file() else {"schemas": {}, "irregular": {}}
+    data, words = (*found, {"schemas": {}, "irregular": {}})[:2]
     classes = {name: frozenset(listed.split()) for name, listed in data["classes"].items()}
     lemmas: dict[str, list] = {}
     for schema, each in words["schemas"].items():
@@ -250,6 +254,7 @@ def _matches(tokens: Sequence[_Token], start: int, grammar: Grammar) -> list[tup
                 continue
             weak = all("<any>" in element[1] for element in fixed[1:])
             score = 0.06 * min(sure) if alone else min(0.7 + 0.1 * len(fixed), 1) - 0.2 * (weak and not alone)
+            score = round(score, 2)
             found.append((len(fixed) + 0.5 * ("^" in frame.elements[0]), frame.order, frame, places, bearer, score))
     return found
 

@@ -33,8 +33,9 @@ class Vocabulary:
     marks: dict[str, str]
     forms: dict[str, tuple[Gesture, ...]]
 
-    def find(self, words: Sequence[str], breaks: Sequence[bool] = ()) -> dict[int, tuple[str, int]]:
-        """Find the phrases in a text: number of the word that carries the gesture -> its name, number of words.
+    def find(self, words: Sequence[str], breaks: Sequence[bool] = ()) -> dict[int, tuple[str, int, int]]:
+        """Find the phrases in a text: number of the word that carries the gesture -> its name, number of words, and
+        of those before it.
 
         Longer phrases win, and phrases do not overlap. ``words`` are in lower case without punctuation; ``breaks[k]`` tells
         that a sentence ends after word ``k``.
@@ -44,7 +45,7 @@ class Vocabulary:
             for phrase, bearer, gesture in self.phrases.get(words[at], ()):
                 end = at + len(phrase)
                 if tuple(words[at:end]) == phrase and not any(breaks[at : end - 1]):
-                    matches[at + bearer] = gesture, len(phrase)
+                    matches[at + bearer] = gesture, len(phrase), bearer
                     at = end - 1
                     break
             at += 1

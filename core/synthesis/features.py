@@ -1,7 +1,7 @@
 """The stage *hear*: everything of a recording that does not depend on style, pose or seed."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,6 +9,8 @@ import numpy as np
 from .. import styles
 from ..errors import UnknownStyle, UsageError
 from ..face import animation
+from ..meaning import gesture_selection
+from ..meaning.document import Wanted
 from ..meaning.vocabulary import Vocabulary
 from ..motion import skeleton
 from ..sound import affect, prosody, speech_units
@@ -43,11 +45,12 @@ class Features(Protocol):
 class SpeechFeatures:
     """A recording as performers hear it.
 
-    ``words`` are (word, start, end); ``wishes`` the marks between them; ``shows`` the vocabulary of gestures for phrases, None
-    where words are not understood; ``activity`` ``(frames,)`` in 0..1 where the performer's voice is. ``spoken`` is what a face
-    needs, None without a face; ``others`` the other speaker, if any; ``rhythm`` prosody and accents, None for networks that
-    hear none; ``affect`` ``(frames, 3)`` (:func:`affect.hear`), None for networks whose controls do not follow it. ``chance``
-    keys the random numbers of performances. ``seconds`` are durations of the stages so far.
+    ``words`` are (word, start, end); ``wishes`` the marks between them; ``shows`` the vocabulary of gestures, None without
+    words, and ``occasions`` what they call for (:func:`gesture_selection.find_occasions`); ``activity`` ``(frames,)`` in 0..1
+    where the performer's voice is. ``spoken`` is what a face needs, None without a face; ``others`` the other speaker, if
+    any; ``rhythm`` prosody and accents, None for networks that hear none; ``affect`` ``(frames, 3)`` (:func:`affect.hear`),
+    None for networks whose controls do not follow it. ``chance`` keys the random numbers of performances. ``seconds`` are
+    durations of the stages so far.
     """
 
     digest: str
@@ -64,6 +67,7 @@ class SpeechFeatures:
     rhythm: prosody.Prosody | None = None
     chance: int = 0
     affect: np.ndarray | None = None
+    occasions: dict[int, Wanted] = field(default_factory=dict)
 
 
 def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> SpeechFeatures:
@@ -118,14 +122,17 @@ def _assemble(
     spoken = stages.run("hear sounds", lambda: animation.analyse(sound, words, said.phones, rhythm)) if request.face else None
     own = voice_activity.frame_count(sound)
     activity = stages.run("find pauses", lambda: _fit(voice_activity.fraction_per_frame(voiced, own), frames))
-    shows = session.vocabulary if session.understands and words else None
+    shows = session.vocabulary if words else None
     others = None if other is None else stages.run("listen", lambda: _other_voice(other, activity))
     heard = SpeechFeatures(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
+    written = [(text, *times) for text, (_, *times) in zip(said.written, words, strict=True)]
+    occasions = gesture_selection.find_occasions(session.vocabulary, written, session.reads)
+    heard = replace(heard, rhythm=rhythm, occasions=occasions)
     if not session.checkpoint.hears_affect:
-        return replace(heard, rhythm=rhythm)
+        return heard
     said = (words, vectors) if vectors is not None and session.understands and vectors.name == SHIPPED.name else ()
     feels = stages.run("hear affect", lambda: affect.hear(measurements[2](), frames, *said))
-    return replace(heard, rhythm=rhythm, affect=feels)
+    return replace(heard, affect=feels)
 
 
 def _measurements(checkpoint: Any, sound: np.ndarray) -> list[Callable]:

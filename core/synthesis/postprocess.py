@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..face import animation
-from ..meaning import gesture_blending, gesture_selection
+from ..meaning import document, gesture_blending, gesture_selection
 from ..motion import hand_channels, rest, skeleton
 from ..motion.face import RATE, Face
 from ..motion.hands import Hands
@@ -42,8 +42,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
     still = rest.RestBlend.of(heard.activity, request.starts_at_rest)
     kept = kept_frames(request, heard.frames)
     # Only networks that were trained with meanings get gestures of the vocabulary.
-    vocabulary = heard.shows if checkpoint.meanings else None
-    occasions = gesture_selection.find_occasions(vocabulary, heard.words) if vocabulary else {}
+    vocabulary, occasions = heard.shows if checkpoint.meanings else None, wanted_gestures(request, heard)[0]
     side = -request.toward if request.mirror else request.toward
 
     def expressed(one: tuple) -> Motion:
@@ -74,6 +73,13 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
         return motion.mirrored() if request.mirror else motion
 
     return parallel_map(expressed, zip(request.identities, *made, strict=True))
+
+
+def wanted_gestures(request: Request, heard: SpeechFeatures) -> tuple[dict[int, document.Wanted], list[str]]:
+    """Return which words are shown by which gestures, and a sentence for each of a request's document that is not said."""
+    if not request.meanings or heard.shows is None:
+        return heard.occasions, []
+    return document.find(request.meanings, [text for text, *_ in heard.words], heard.shows.gestures)
 
 
 def _spared(

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import control_curves, styles
 from ..errors import UsageError
+from ..meaning import document
 from ..motion import skeleton
 from ..motion.motion import Motion
 from ..settings import AFFECTS, CONTROLS, Settings, names_with, table
@@ -38,6 +39,7 @@ class Request(Settings):
         if not 0 <= self.spread <= 1 or not _are_steps(self.near):
             raise UsageError("The variation asked for makes no sense.", "Give a spread of 0 to 1, steps as (number, spread).")
         self._settle_curves()
+        document.check(self.meanings)
         styles.controls(self.affect, self.rate, self.hand)
         if self.latent is not None and self.takes != 1:
             raise UsageError("A point of the latent space is one performance.", "Ask for one take.")

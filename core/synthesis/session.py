@@ -59,7 +59,8 @@ class Session:
         self._word_options = transcript.TranscriptOptions(
             Cache(folder), languages.load_language(aligner_model, language), False, recogniser_model
         )
-        self.understands = vectors is not None or not languages.is_foreign(self._word_options.model)
+        self.reads = language if languages.is_foreign(self._word_options.model) else None
+        self.understands = vectors is not None or self.reads is None
         self._checkpoint: Any = None
         self._vectors: Any = None
         self.vocabulary = meanings.load_vocabulary(vocabulary)
@@ -129,11 +130,13 @@ class Session:
         stages, memory = Stages(progress, cancelled), self._memory or SessionCache()
         recording = recording_key(requests[0])
         heard, cast = self._hear(requests, memory.heard(recording), stages)
+        missed = [postprocess.wanted_gestures(one, heard)[1] for one in requests]
         drawn = self._draw(heard, cast, recording, memory, stages)
         results = []
-        for performers, takes in zip(cast, drawn.split([len(one.latents) for one in cast]), strict=True):
+        for performers, takes, unsaid in zip(cast, drawn.split([len(one.latents) for one in cast]), missed, strict=True):
             motions = stages.run("finish", partial(self._finish, heard, performers, takes))
-            warnings = heard.warnings + _other_weights(self.checkpoint, performers.request) + _skipped_hints(heard, performers)
+            warnings = heard.warnings + unsaid + _other_weights(self.checkpoint, performers.request)
+            warnings += _skipped_hints(heard, performers)
             results.append(Result(motions, heard.words, warnings, dict(stages.seconds), performers.own))
         return results
 

@@ -49,10 +49,11 @@ class Mark:
 
 @dataclass(frozen=True)
 class ParsedText:
-    """A text without markup: its words, and its marks in order."""
+    """A text without markup: its words, its marks in order, and the words with their punctuation."""
 
     tokens: list[Token]
     marks: list[Mark]
+    written: list[str]
 
 
 def parse(text: str, said: Callable[[str], list[str]] = spoken_words) -> ParsedText:
@@ -67,7 +68,7 @@ def parse(text: str, said: Callable[[str], list[str]] = spoken_words) -> ParsedT
         return f" \ue000{len(events) - 1} "
 
     text = _EVENT.sub(event, _without_labels(_PRIVATE.sub(" ", text)))
-    text = _DASHES.sub(" ", _STRESS.sub(lambda match: f"\ue001{match[1]}\ue002", text))
+    text = _DASHES.sub("– ", _STRESS.sub(lambda match: f"\ue001{match[1]}\ue002", text))
     shouting = _mostly_capitals(text)
     reader = _Reader(events, said)
     for piece in text.split():
@@ -85,6 +86,7 @@ class _Reader:
         self._events, self._said = events, said
         self.tokens: list[Token] = []
         self.marks: list[Mark] = []
+        self.written: list[str] = []
         self._stressed = False
         self._open: list[tuple[int, str]] = []
 
@@ -108,8 +110,11 @@ class _Reader:
                 said = self._move_unit(said)
             here = len(self.tokens)
             self.tokens.append((shown, _keep_capitals(shown, said, shouting)))
+            self.written.append(piece)
             if stressed:
                 self.marks.append(Mark("stress", here, here + 1))
+        elif self.written:
+            self.written[-1] += piece.replace("-", "–")
         if closing:
             self._stressed = False
         if _PHRASE_END.search(piece):
@@ -135,7 +140,7 @@ class _Reader:
         """Return the words and the sorted marks."""
         self._close()
         order = {"pause": 0, "hint": 1, "stress": 2}
-        return ParsedText(self.tokens, sorted(self.marks, key=lambda mark: (mark.first, order[mark.kind])))
+        return ParsedText(self.tokens, sorted(self.marks, key=lambda mark: (mark.first, order[mark.kind])), self.written)
 
 
 def _keep_capitals(shown: str, said: list[str], shouting: bool) -> list[str]:

@@ -35,7 +35,7 @@ def words_of_speaker(said: TimedTranscript, text: str, who: str) -> tuple[TimedT
         _renumber(mark, np.cumsum(mine) - 1) for mark in said.marks if mine[mark.first : max(mark.last, mark.first + 1)].all()
     )
     own_values = {name: tuple(value for value, is_own in zip(getattr(said, name), mine, strict=False) if is_own)
-                  for name in ("words", "confidence", "phones")}  # fmt: skip
+                  for name in ("words", "confidence", "phones", "written")}  # fmt: skip
     return replace(said, **own_values, marks=marks), _turns(said.words, mine)
 
 

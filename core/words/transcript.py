@@ -33,8 +33,9 @@ class TimedTranscript:
     """Timed words of a recording.
 
     ``words`` are ``(word, start, end)`` in seconds, in order of start, each with a ``confidence`` 0..1 (1 for times stated in
-    the file) and ``phones`` ``(name, start, end)`` in the CMU alphabet, empty if the aligner did not find the word. ``marks``
-    refer to words by number. ``warnings`` are for the user, ``form`` is the format of the transcript.
+    the file), ``phones`` ``(name, start, end)`` in the CMU alphabet, empty if the aligner did not find the word, and as it is
+    ``written``, with punctuation. ``marks`` refer to words by number. ``warnings`` are for the user, ``form`` is the format of
+    the transcript.
     """
 
     words: tuple[Word, ...] = ()
@@ -43,6 +44,7 @@ class TimedTranscript:
     warnings: list[str] = field(default_factory=list)
     form: str = ""
     phones: tuple[tuple[align.Phone, ...], ...] = ()
+    written: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,8 @@ def timed_transcript(
     phones_of = dict(zip(script.loose, alignment.phones, strict=True)) if alignment else {}
     phones = tuple(phones_of.get(number, ()) for number in order)
     confidence = tuple(sure[number] for number in order)
-    return TimedTranscript(words, confidence, tuple(script.marks), warnings + _cache_warnings(ways), source.form, phones)
+    written, warnings = tuple(script.written[number] for number in order), warnings + _cache_warnings(ways)
+    return TimedTranscript(words, confidence, tuple(script.marks), warnings, source.form, phones, written)
 
 
 def read_text(path: str | PathLike) -> str:
@@ -136,6 +139,7 @@ class _Script:
     def __init__(self, source: readers.Source, duration: float, model: dict | None):
         self.tokens: list[markup.Token] = []
         self.marks: list[markup.Mark] = []
+        self.written: list[str] = []
         self.fixed: dict[int, tuple[float, float]] = {}
         self.loose: list[int] = []
         self.stretches: list[align.Stretch] = []
@@ -161,6 +165,7 @@ class _Script:
         if words:
             assert item.start is not None and item.end is not None
             self.fixed[len(self.tokens)] = (item.start, min(item.end, self._duration))
+            self.written.append(item.text.strip())
             self.tokens.append((item.text.strip(), [part for _, parts in words for part in parts]))
 
     def _loosen(self, item: Item, before: float, after: float, alone: bool) -> None:
@@ -190,6 +195,7 @@ class _Script:
             self.stretches.append(align.Stretch(words, start, max(end, start)))
         self.loose += range(here, here + len(words))
         self.tokens += marked.tokens
+        self.written += marked.written
 
     def _joins(self, last: align.Stretch, start: float, end: float, here: int) -> bool:
         """Return whether a phrase follows the last stretch closely enough to be aligned with it."""

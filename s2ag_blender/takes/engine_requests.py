@@ -10,6 +10,7 @@ import bpy
 from ...core.declaration import NUMBERS, Setting
 from ...core.errors import UsageError
 from ...core.files import TEMPORARY_PREFIX
+from ...core.meaning import document
 from ...core.motion.motion import Motion
 from ...core.settings import Models, Settings, names_with, sliders, table
 from ..datablocks import ArmatureObject, Context
@@ -71,6 +72,8 @@ def _value(settings: Any, setting: Setting) -> Any:
     value = getattr(settings, setting.identifier)
     if setting.kind in NUMBERS:
         return round(value, 4)  # Blender stores 0.8 as 0.800000012
+    if setting.kind == "document" and value:
+        return document.load(bpy.path.abspath(value))
     if setting.kind == "path":
         return bpy.path.abspath(value)
     return value.strip() if setting.kind == "text" else value

@@ -29,7 +29,7 @@ def _property(one: Setting) -> Any:
     about |= {} if one.curve else {"options": set()}  # a key on what cannot vary is refused
     if one.kind == "flag":
         return bpy.props.BoolProperty(default=one.usually, **about)
-    if one.kind == "path":
+    if one.kind in ("path", "document"):
         return bpy.props.StringProperty(subtype="FILE_PATH", **{**about, "options": compat.RELATIVE})
     if one.kind == "style":
         search: Any = menu_items.search_styles

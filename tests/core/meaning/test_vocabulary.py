@@ -22,7 +22,7 @@ def write(path, content):
 
 def test_a_user_adds_phrases_to_a_gesture_that_is_known(tmp_path):
     both = vocabulary.load_vocabulary(write(tmp_path / "own.json", {"gestures": {"rise": {"says": ["no way up", "no way"]}}}))
-    assert both.find(["no", "way", "up"]) == {2: ("rise", 3)}
+    assert both.find(["no", "way", "up"]) == {2: ("rise", 3, 2)}
     assert both.find(["no", "way"], [True, False]) == {}
     np.testing.assert_array_equal(both.gestures["rise"].path, vocabulary.load_vocabulary().gestures["rise"].path)
 
@@ -43,7 +43,7 @@ def test_a_user_adds_words_phrases_and_handshapes(tmp_path):
     mine = {"says": ["abracadabra"], "marks": ["magic"], "shape": "claw", **POSES}
     path = write(tmp_path / "Wörter.json", {"gestures": {"magic": mine}, "shapes": {"claw": [30] * 12}})
     both = vocabulary.load_vocabulary(path)
-    assert both.find(["abracadabra"], [False]) == {0: ("magic", 1)}
+    assert both.find(["abracadabra"], [False]) == {0: ("magic", 1, 0)}
     assert both.marks["magic"] == "magic"
     assert both.gestures["magic"].shape.shape == (1, 12)
 
