@@ -14,6 +14,7 @@ VERBS = (synth, animate, styles)
 PACKAGE_VERBS = {
     "edit": "engine",
     "meaning": "engine",
+    "idle": "engine",
     "rig": "blender",
     "engine": "full",
     "doctor": "engine",

@@ -19,8 +19,6 @@ from . import apply, blending, density, faces, key_reduction, keyframes, layers,
 
 DRAFT_MEASURE_STEP = 10
 """Drafts on control rigs are measured at every such frame of the motion, which has 15 frames per second."""
-BONES_PER_SLICE = 8
-"""Bones keyed per slice; a minute of keys of one bone takes 3 ms."""
 DRAFT_SECONDS = 15.0
 """Length of a draft around the playhead in seconds."""
 _PARTS = {
@@ -82,8 +80,9 @@ class ActionBuilder:
         keyframes.store_former_values(action, self.armature, {one.path for one in keyed + spoken}, self.former)
         density.store_keyed_paths(action, keyed, stood)
         uid = action.session_uid
-        for first in range(0, len(keyed), BONES_PER_SLICE):
-            keyframes.write_channels(bag, keyed[first : first + BONES_PER_SLICE], frames, interpolation, thinner, cut)
+        for first in range(0, len(keyed), keyframes.BONES_PER_SLICE):
+            some = keyed[first : first + keyframes.BONES_PER_SLICE]
+            keyframes.write_channels(bag, some, frames, interpolation, thinner, cut)
             yield
             action, bag = self._again(uid)
         if motion.face is not None:

@@ -23,7 +23,12 @@ from . import faces, keyframes
 _LOG = logging.getLogger(__name__)
 
 
-def apply_motion(
+def apply_motion(armature: ArmatureObject, motion: Motion, start_frame: int | None = None, **about: Any) -> bpy.types.Action:
+    """Run :func:`apply_motion_in_slices` in one go."""
+    return run_to_end(apply_motion_in_slices(armature, motion, start_frame, **about))
+
+
+def apply_motion_in_slices(
     armature: ArmatureObject,
     motion: Motion,
     start_frame: int | None = None,
@@ -35,8 +40,8 @@ def apply_motion(
     strip: bool = False,
     name: str = "",
     report: Callable[[str], None] | None = None,
-) -> bpy.types.Action:
-    """Key ``motion`` on the bones of ``armature`` and return the new action.
+) -> Generator[None, None, bpy.types.Action]:
+    """Key ``motion`` on the bones of ``armature`` and return the new action, yielding where Blender may draw.
 
     The first key is at ``start_frame`` (the scene's first frame), one every ``step`` frames at the scene's frame rate.
     The action becomes the active one, the former gets a fake user; with ``strip`` it goes onto a new NLA track instead
@@ -52,19 +57,21 @@ def apply_motion(
     reading.require_armature(armature)
     scene = scene or current_context().scene
     start = scene.frame_start if start_frame is None else start_frame
-    keys = solve_keys(armature, motion, start, scene=scene, mapping=mapping, options=options, step=int(step), report=report)
+    told = {"mapping": mapping, "options": options, "step": int(step), "report": report}
+    keys = yield from solve_keys_in_slices(armature, motion, start, scene=scene, **told)
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
     about = {"settings": keys.settings, "places": keys.places}
-    action, slot = keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, **about)
+    action, slot = yield from keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, **about)
     provenance.stamp(action, motion.meta)
     every, fps = np.arange(float(start), float(max(keys.frames[-1], keys.frames[0] + 1)) + 1), scene_fps(scene)
-    seen = faces.end_fade(every, fps)
+    seen = None if motion.meta.get("loops") else faces.end_fade(every, fps)
     if motion.face is not None:
         body = reading.resolve_mapping(armature, reading.read(armature), mapping)
         spoken = faces.bone_channels(armature, motion.face, start, every, fps, body, seen)
         keyframes.write_channels(compat.bag(action, slot), spoken, every)
     keyframes.store_former_values(action, armature)
+    yield
     if motion.face is not None:
         faces.key_face(armature, action, motion.face, start, every, fps, report or _LOG.warning, seen)
         faces.show(armature, action)
@@ -150,6 +157,7 @@ def solve_keys_in_slices(
     near = np.flatnonzero(np.abs(own - np.clip(own, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
     near = np.union1d(near[::measured], near[-1:])
     source = _to_take(replace(motion.frames(near), fps=motion.fps / measured), own[near])
+    yield
     body = trunk() if trunk else body_shape.read_trunk(armature, bones, mapping)
     about = {"scene": scene, "options": options, "tell": tell, "trunk": body}
     solution = yield from solver.solve_in_slices(armature, bones, mapping, source, keys, **about)

@@ -3,7 +3,7 @@
 import contextlib
 import functools
 import json
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Generator, Iterable
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -22,6 +22,8 @@ FORMER = "s2ag_former"
 """Name of an action's custom property that holds, as JSON text, the values that its keys replaced."""
 
 
+BONES_PER_SLICE = 8
+"""Bones keyed per slice; a minute of keys of one bone takes 3 ms."""
 _SIDES = "left", "right"
 _PAIRS = ("co", "handle_left", "handle_right")
 _KEY_PARTS = {
@@ -76,8 +78,9 @@ def write_action(
     interpolation: str = "LINEAR",
     settings: dict[str, float] | None = None,
     places: dict[str, np.ndarray] | None = None,
-) -> tuple[bpy.types.Action, Slot | None]:
-    """Create an action (and its slot) with ``rotations`` ``{bone: (frames, 4)}`` keyed at scene ``frames`` ``(frames,)``.
+) -> Generator[None, None, tuple[bpy.types.Action, Slot | None]]:
+    """Create an action (and its slot) with ``rotations`` ``{bone: (frames, 4)}`` keyed at scene ``frames`` ``(frames,)``, in
+    slices; none is left if that is broken off.
 
     ``places`` ``{bone: (frames, 3)}`` are locations to key as well. A bone with a single rotation, and the ``settings`` by
     data path, get one constant key at the first frame. Curves are grouped by bone and keys marked as generated; nothing is
@@ -86,7 +89,14 @@ def write_action(
     action, slot, bag = compat.new_action(name, armature)
     keyed = [channels(armature.pose.bones[bone], values) for bone, values in rotations.items()]
     keyed += [place_channels(armature.pose.bones[bone], values) for bone, values in (places or {}).items()]
-    write_channels(bag, setting_channels(settings or {}) + keyed, frames, interpolation)
+    keyed = setting_channels(settings or {}) + keyed
+    try:
+        for first in range(0, len(keyed), BONES_PER_SLICE):
+            write_channels(bag, keyed[first : first + BONES_PER_SLICE], frames, interpolation)
+            yield
+    except BaseException:
+        bpy.data.actions.remove(action)
+        raise
     set_range(action, frames)
     return action, slot
 

@@ -51,6 +51,7 @@ class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
         layout.operator("s2ag.remove_markers")
         layout.operator_menu_enum("s2ag.export", "format", icon="EXPORT")
         layout.operator("s2ag.import_motion", icon="IMPORT")
+        layout.operator("s2ag.idle", icon="USER")
         layout.operator("s2ag.learn")
 
 

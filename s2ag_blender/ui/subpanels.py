@@ -82,6 +82,7 @@ class S2AG_PT_takes(_SubPanel, bpy.types.Panel):
         column.operator("s2ag.style_grid", icon="MESH_GRID")
         draw_progress(column, armature)
         layout.operator("s2ag.recall_take", icon="LOOP_BACK")
+        layout.operator("s2ag.idle", icon="USER")
 
 
 class S2AG_PT_expression(_SubPanel, bpy.types.Panel):

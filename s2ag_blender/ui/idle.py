@@ -1,0 +1,114 @@
+"""Operator that lets every selected character stand and wait, each in a way of its own; needs no engine."""
+# pyright: reportInvalidTypeForm=false
+
+import time
+from collections.abc import Generator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, cast
+
+import bpy
+
+from ...core.errors import S2agError
+from ...core.synthesis import idling
+from ...rigs.slices import run_to_end
+from ..datablocks import ArmatureObject, Context
+from ..keys import apply
+from ..rig import chosen_bones
+from ..takes import drafts, session, stored_settings
+from ..takes.operator_base import TICK, armature_of
+from ..translations import translate, translate_error
+from .bases import OperatorResult
+from .operators import NeedsCharacter, require_character
+
+
+def idle_in_slices(
+    armatures: list[ArmatureObject], start: int, scene: bpy.types.Scene, seconds: float, stillness: float, loop: bool
+) -> Generator[float, None, tuple[list[bpy.types.Action], list[S2agError]]]:
+    """Let each character idle from frame ``start``, with its style and its seed plus its number here; yield the share done
+    wherever Blender may draw. Returns the actions, and why characters got none.
+    """
+    actions, errors, rate = [], [], apply.scene_fps(scene)
+    with ThreadPoolExecutor(1) as pool:
+        asked = [(one.s2ag.style, one.s2ag.seed + number) for number, one in enumerate(armatures)]
+        coming = [pool.submit(idling.idle, seconds, *each, stillness, loop, rate) for each in asked]
+        for number, (armature, motion) in enumerate(zip(armatures, coming, strict=True)):
+            while not motion.done():
+                yield number / len(armatures)
+                time.sleep(0.002)
+            drafts.drop(armature)
+            settings, about = armature.s2ag, {"scene": scene, "name": f"{armature.name} idle"}
+            about |= {"mapping": chosen_bones.mapping_of_settings(settings), "strip": settings.result == "STRIP"}
+            about |= {"options": stored_settings.options(settings)}
+            slices = apply.apply_motion_in_slices(armature, motion.result(), start, **about)
+            try:
+                while True:
+                    next(slices)
+                    yield number / len(armatures)
+            except StopIteration as end:
+                actions.append(end.value)
+            except S2agError as error:
+                errors.append(error)
+    return actions, errors
+
+
+class S2AG_OT_idle(NeedsCharacter, bpy.types.Operator):
+    """Let the selected characters stand and wait as people do, each in a way of its own"""
+
+    bl_idname = "s2ag.idle"
+    bl_label = "Idle"
+
+    seconds: bpy.props.FloatProperty(
+        name="Seconds", subtype="TIME_ABSOLUTE", default=20.0, min=1.0, max=600.0, description="How long they wait"
+    )
+    stillness: bpy.props.FloatProperty(
+        name="Stillness", default=0.5, min=0.0, max=1.0, subtype="FACTOR",
+        description="0 fidgets every few seconds; 1 only breathes and sways",
+    )  # fmt: skip
+    loop: bpy.props.BoolProperty(name="Loop", default=True, description="End in the first pose, and move on across it")
+
+    def slices(self, context: Context) -> Generator[float, None, tuple[list[bpy.types.Action], list[S2agError]]]:
+        """Return the work on the selected characters, the active one first."""
+        chosen = [armature_of(item) for item in sorted(context.selected_objects, key=lambda item: item.name)]
+        armatures = list(dict.fromkeys([require_character(context), *(one for one in chosen if one is not None)]))
+        scene = context.scene
+        return idle_in_slices(armatures, scene.frame_start, scene, self.seconds, self.stillness, self.loop)
+
+    def execute(self, context: Context) -> OperatorResult:
+        return self._report(*run_to_end(self.slices(context)))
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        """Work between redraws; nothing but the view can be changed meanwhile."""
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        self._slices, self._timer = self.slices(context), context.window_manager.event_timer_add(TICK, window=context.window)
+        context.window_manager.modal_handler_add(cast(bpy.types.Operator, self))
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        """Do a slice on every tick; Esc ends it, and characters that have an idle keep it."""
+        if event.type == "ESC":
+            return self._end(context, {"FINISHED"})
+        until, workspace = time.monotonic() + session.SLICE, cast(Any, context.workspace)
+        try:
+            while event.type == "TIMER" and time.monotonic() < until:
+                share = next(self._slices)
+                workspace.status_text_set(translate("{stage} ({share:.0%}), Esc cancels", stage=translate("Idle"), share=share))
+        except StopIteration as done:
+            return self._end(context, self._report(*done.value))
+        except BaseException:
+            self._end(context, {"CANCELLED"})
+            raise
+        return {"RUNNING_MODAL"} if event.type not in {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE"} else {"PASS_THROUGH"}
+
+    def _end(self, context: Context, result: OperatorResult) -> OperatorResult:
+        self._slices.close()
+        context.window_manager.event_timer_remove(self._timer)
+        cast(Any, context.workspace).status_text_set(None)
+        return result
+
+    def _report(self, actions: list[bpy.types.Action], errors: list[S2agError]) -> OperatorResult:
+        for error in errors:
+            self.report({"WARNING"} if actions else {"ERROR"}, translate_error(error))
+        if actions:
+            self.report({"INFO"}, translate("{count} characters wait", count=len(actions)))
+        return {"FINISHED"} if actions else {"CANCELLED"}

@@ -1,0 +1,74 @@
+"""One press: every selected character waits in its own way, in one undo step, and the panel is never held for long."""
+
+
+import bpy
+import numpy as np
+import pytest
+from s2ag.s2ag_blender import provenance
+from s2ag.s2ag_blender.characters import mannequin
+from s2ag.s2ag_blender.ui import idle
+
+
+@pytest.fixture
+def crowd(extension):
+    figures = [mannequin.build().armature for _ in range(3)]
+    for figure in figures:
+        figure.select_set(True)
+    bpy.context.view_layer.objects.active = figures[0]
+    return figures
+
+
+def wrists(figure, frames):
+    rows = []
+    for frame in frames:
+        bpy.context.scene.frame_set(frame)
+        pose = figure.pose.bones
+        rows.append([*pose["hand.L"].head, *pose["hand.R"].head, *pose["head"].tail])
+    return np.array(rows)
+
+
+def test_everyone_selected_waits_in_a_way_of_its_own(crowd):
+    assert bpy.ops.s2ag.idle(seconds=4) == {"FINISHED"}
+    actions = [figure.animation_data.action for figure in crowd]
+    assert [provenance.read(action)["seed"] for action in actions] == [0, 1, 2]
+    assert {tuple(action.frame_range) for action in actions} == {(1.0, 97.0)}
+    paths = [wrists(figure, range(1, 98)) for figure in crowd]
+    assert min(np.abs(a - b).max() for a, b in ((paths[0], paths[1]), (paths[1], paths[2]))) > 0.02
+    for path in paths:
+        steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
+        assert steps.min() > 1e-5  # never a statue
+        assert np.abs(path[-1] - path[0]).max() < 1e-4
+        assert np.linalg.norm(np.diff(path, axis=0)[0] - np.diff(path, axis=0)[-1]) < max(4 * np.median(steps), 0.004)
+
+
+def test_legs_and_root_stay_in_place(crowd):
+    place = crowd[0].matrix_world.copy()
+    bpy.ops.s2ag.idle(seconds=2, stillness=1.0)
+    assert crowd[0].matrix_world == place
+
+
+def test_the_strip_of_an_idle_leaves_the_action_alone(crowd):
+    crowd[0].s2ag.result = "STRIP"
+    bpy.ops.s2ag.idle(seconds=2)
+    data = crowd[0].animation_data
+    assert data.action is None and len(data.nla_tracks) == 1
+
+
+def test_blender_is_let_go_between_characters_and_what_is_broken_off_leaves_nothing(crowd):
+    slices = idle.idle_in_slices(crowd, 1, bpy.context.scene, 20.0, 0.5, True)
+    shares = [next(slices) for _ in range(3)]
+    assert shares[0] == 0.0
+    while not bpy.data.actions:
+        next(slices)
+    slices.close()
+    assert not [action for action in bpy.data.actions if action.users == 0] or not bpy.data.actions
+
+
+def test_what_has_no_arms_is_told_and_the_others_wait(crowd):
+    bpy.ops.object.armature_add()
+    bone = bpy.context.active_object
+    for figure in crowd:
+        figure.select_set(True)
+    bpy.context.view_layer.objects.active = crowd[0]
+    assert bpy.ops.s2ag.idle(seconds=2) == {"FINISHED"}
+    assert bone.animation_data is None and all(figure.animation_data.action for figure in crowd)
