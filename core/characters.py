@@ -20,8 +20,7 @@ def has_speaking_face(name: str) -> bool:
 def resolve(name: str) -> str:
     """Return a built-in name or the absolute path of a file.
 
-    Raises :class:`UsageError` for unknown names and kinds of files, and :class:`RigUnusable` for missing files.
-    """
+    Raises :class:`UsageError` for unknown names and kinds of files, and :class:`RigUnusable` for missing files."""
     if is_builtin(name):
         return name
     path = Path(name).absolute()

@@ -75,8 +75,7 @@ def kill_tree(process: subprocess.Popen) -> None:
 class StandbyChild:
     """Keeps one child on standby, since starting a Python with numpy takes some tenths of a second.
 
-    The child waits for its request and must exit when its input ends, which happens at the latest when this process does.
-    """
+    The child waits for its request and must exit when its input ends, which happens at the latest when this process does."""
 
     def __init__(self):
         self._lock = threading.Lock()
@@ -128,8 +127,7 @@ def run_request(
     Every line of the response goes to ``hear`` until it returns something other than None: the result. ``hear`` may raise:
     the child is stopped and the exception propagates, but ValueError, KeyError, TypeError and IndexError count as an
     invalid response. The child is killed after ``limit`` seconds. Uses the standby child of ``reserve``, if there is one.
-    Raises :class:`ChildFailed`.
-    """
+    Raises :class:`ChildFailed`."""
     try:
         child = (reserve or StandbyChild()).take(command)
     except OSError as error:

@@ -23,8 +23,7 @@ _REMEDY = "docs/directing.md describes curves."
 def check_curves(curves: Any) -> dict[str, list[list[float]]]:
     """Return valid curves ``{name: [[seconds, value], ...]}``, names of :data:`settings.CURVES`, from data of any origin.
 
-    Raises :class:`UsageError`.
-    """
+    Raises :class:`UsageError`."""
     if not isinstance(curves, Mapping):
         raise UsageError("Curves are no object of names.", _REMEDY)
     return {str(name): _check_curve(name, points) for name, points in curves.items()}
@@ -33,8 +32,7 @@ def check_curves(curves: Any) -> dict[str, list[list[float]]]:
 def check_changes(changes: Iterable) -> tuple[tuple[float, str | dict], ...]:
     """Return valid changes of style ``((seconds, style), ...)`` in order of time, from data of any origin.
 
-    Raises :class:`UsageError`.
-    """
+    Raises :class:`UsageError`."""
     turns: list[tuple[float, str | dict]] = []
     try:
         turns = [(float(at), style) for at, style in changes]

@@ -1,8 +1,7 @@
 """Declares settings as dataclass fields whose metadata say where a setting appears and which values it may have.
 
 The declarations are in :mod:`settings`; the command line, the worker, manifests, provenance and Blender's panel read them by
-:func:`table`. Needs neither numpy nor Blender.
-"""
+:func:`table`. Needs neither numpy nor Blender."""
 
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields, make_dataclass
@@ -19,8 +18,7 @@ KINDS: dict[str, type | tuple[type, ...]] = {
     "side": (int, float), "affects": dict, "document": dict, "points": list, "list": list,
 }  # fmt: skip
 """Kind of a setting -> its types in JSON. A ``side`` is a number that may be written left or right; ``affects`` maps names to
-numbers; a ``document`` is a JSON file on the command line and its content in requests; ``points`` are lists of numbers.
-"""
+numbers; a ``document`` is a JSON file on the command line and its content in requests; ``points`` are lists of numbers."""
 SAME: Any = object()
 """Marks an attribute that is not declared, where None is a value."""
 _KIND_OF = {float: "number", int: "whole", bool: "flag", str: "text", dict: "affects"}
@@ -30,8 +28,7 @@ _KIND_OF = {float: "number", int: "whole", bool: "flag", str: "text", dict: "aff
 class Setting:
     """The declaration of a setting. It does not appear in a place whose text here is empty.
 
-    ``default`` is the value in scripts that do not set it, ``usual`` the default of commands, manifests and the panel.
-    """
+    ``default`` is the value in scripts that do not set it, ``usual`` the default of commands, manifests and the panel."""
 
     name: str
     default: Any
@@ -85,8 +82,7 @@ class Setting:
     """Whether it is stored in a motion's provenance: always, or if it is not the default."""
     restored: tuple[str, ...] = ()
     """Parts that are regenerated with its value from provenance: ``arms``, ``face``; ``take`` where it tells a take apart from
-    others of the same settings.
-    """
+    others of the same settings."""
     indexed: bool = False
     """Whether the index of a data set has it."""
     beside_arms: bool = False
@@ -146,8 +142,7 @@ class Setting:
 def setting(default: Any = None, **about: Any) -> Any:
     """Return a dataclass field that declares a setting with attributes ``about`` of :class:`Setting`.
 
-    The default ``dict`` stands for an empty dictionary.
-    """
+    The default ``dict`` stands for an empty dictionary."""
     metadata = MappingProxyType({"about": about})
     return field(default_factory=default, metadata=metadata) if default is dict else field(default=default, metadata=metadata)
 
@@ -172,8 +167,7 @@ def columns(*classes: type) -> dict[str, Setting]:
 def row_of(*classes: type) -> type:
     """Return a dataclass whose fields are the :func:`columns` of classes, with the values of empty cells as defaults.
 
-    The values of documents are their paths.
-    """
+    The values of documents are their paths."""
     rows = []
     for name, one in columns(*classes).items():
         start = one.usually if one.empty is SAME else one.empty

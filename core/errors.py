@@ -20,8 +20,7 @@ class S2agError(Exception):
     """An expected failure with a remedy.
 
     ``kind`` is the stable name in the worker protocol, ``message`` says what is wrong and ``remedy`` what to do about it;
-    both are single sentences for users.
-    """
+    both are single sentences for users."""
 
     def __init__(self, message: str, remedy: str = "", kind: str = ""):
         message = sanitize(message)

@@ -75,8 +75,7 @@ _ABANDONED = 86400.0
 def delete_unfinished() -> None:
     """Delete all temporary files of this process before it exits.
 
-    Repeats while files exist, because other threads may still be writing.
-    """
+    Repeats while files exist, because other threads may still be writing."""
     for _ in range(_MAX_TRIES):
         for temporary in list(_PENDING):
             remove(temporary)
@@ -125,8 +124,7 @@ def _own_name(parent: Path, suffix: str = "") -> Iterator[Path]:
 def delete_leftovers(folder: Path) -> None:
     """Delete temporary files of ended processes from ``folder``, once per folder and process.
 
-    Those of other machines, whose locks may not be seen from here, stay for a day.
-    """
+    Those of other machines, whose locks may not be seen from here, stay for a day."""
     if folder in _SWEPT:
         return
     _SWEPT.add(folder)
@@ -155,8 +153,7 @@ def host_name() -> str:
 def atomic_file(path: str | os.PathLike) -> Iterator[Path]:
     """Yield a temporary path beside ``path`` with the same suffix; move it into place on success, delete it on failure.
 
-    Raises :class:`OutputUnwritable` on file system errors (no folder, no permission, full disk).
-    """
+    Raises :class:`OutputUnwritable` on file system errors (no folder, no permission, full disk)."""
     path = check_output(path)
     try:
         with _own_name(path.parent, path.suffix) as temporary:

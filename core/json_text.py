@@ -27,8 +27,7 @@ def read(path: str | PathLike, largest: int = MAX_BYTES, once: bool = False) -> 
 def parse(text: str | bytes, largest: int = MAX_BYTES, once: bool = False) -> Any:
     """Parse JSON of at most ``largest`` characters or bytes; with ``once`` duplicate keys are errors.
 
-    Raises :class:`NotJson`, also for unpaired UTF-16 surrogates, which cannot be encoded.
-    """
+    Raises :class:`NotJson`, also for unpaired UTF-16 surrogates, which cannot be encoded."""
     if len(text) > largest:
         raise NotJson(f"it is larger than {largest // 1_000_000 or 1} MB")
     try:

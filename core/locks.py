@@ -1,7 +1,6 @@
 """Locks of files prove that a process lives, wherever it runs: the system frees them when it ends.
 
-Process ids prove nothing between containers and on a share of several machines, which may all have one host name.
-"""
+Process ids prove nothing between containers and on a share of several machines, which may all have one host name."""
 
 import os
 from pathlib import Path

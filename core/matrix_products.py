@@ -14,8 +14,7 @@ def matmul_transposed(left: np.ndarray, right: np.ndarray, out: np.ndarray | Non
     """Return ``left @ right.T`` ``(n, m)`` of ``left`` ``(n, k)`` and ``right`` ``(m, k)``, in ``out`` if given.
 
     Without BLAS numpy's ``@`` is a plain loop of 1.5 to 3.7 GFLOP/s, with the reference BLAS of 1.6; einsum over
-    contiguous rows reaches 13 to 20.
-    """
+    contiguous rows reaches 13 to 20."""
     if has_fast_blas():
         return np.matmul(left, right.T, out=out)
     return np.einsum("ij,kj->ik", np.ascontiguousarray(left), np.ascontiguousarray(right), out=out)
@@ -55,8 +54,7 @@ def _numpy_library() -> str:
 def single_threaded_blas() -> Iterator[None]:
     """Run matrix products single-threaded inside the ``with`` block, for work that already runs in several threads.
 
-    Affects OpenBLAS only, if its functions are accessible; other libraries may oversubscribe cores, which only costs time.
-    """
+    Affects OpenBLAS only, if its functions are accessible; other libraries may oversubscribe cores, which only costs time."""
     global _depth, _threads_before
     get, put = _openblas()
     with _lock:

@@ -31,8 +31,7 @@ def open_arrays(path: str | PathLike, largest: int = MAX_BYTES) -> Iterator[Mapp
     """Open a file and yield its arrays by name, which may take ``largest`` bytes unpacked.
 
     Errors of the ``with`` block about invalid content (:class:`ValueError`, :class:`KeyError` and the like, see
-    :data:`DAMAGED`) are raised as :class:`NotArrays`, too. Raises OSError.
-    """
+    :data:`DAMAGED`) are raised as :class:`NotArrays`, too. Raises OSError."""
     try:
         with open_file(path) as file, zipfile.ZipFile(file) as packed:
             total = 0

@@ -16,8 +16,7 @@ def stated(settings: Settings) -> dict[str, Any]:
 
 def restored(meta: Mapping[str, Any], part: str) -> dict[str, Any]:
     """Return the settings that made ``part`` of a take (:attr:`Setting.restored`) from its provenance; in old takes recordings
-    had no part in chance.
-    """
+    had no part in chance."""
     known = {name: meta[name] for name in names_with(restored=part) if meta.get(name) is not None}
     return {"chance": 0} | {name: _of_json(table(Settings)[name].kind, value) for name, value in known.items()}
 

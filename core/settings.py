@@ -3,8 +3,7 @@
 A setting is declared only here: name, type, default, range, and the texts of command line and panel. The checks of
 :class:`request.Request`, the worker's parameters, the options of ``s2ag``, the columns of manifests, provenance, and Blender's
 properties, presets and sliders are derived from it (:class:`declaration.Setting` explains the attributes). To add a setting,
-declare it here and read ``request.NAME`` where it is used.
-"""
+declare it here and read ``request.NAME`` where it is used."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -72,8 +71,7 @@ class Settings:
 
     Constraints, as unit edge directions ``(9, 3)`` in the canonical frame: ``pose`` is the first frame (rest if None),
     ``end_pose`` the last, and ``kept`` a pair of frame numbers ``(n,)`` and directions ``(n, 9, 3)``; these frames are kept
-    exactly, and the motion connects them.
-    """
+    exactly, and the motion connects them."""
 
     transcript: str | PathLike | None = setting(
         None, kind="path", words=True, recording=True, column=True, cell=("sheet",), alternatives="words", conflict=_BOTH,
@@ -235,8 +233,7 @@ class Models:
     """Models and cache of a :class:`session.Session`.
 
     Paths, or None for the shipped ones. ``language`` is a code such as ``de``; ``backend`` and ``device`` say what computes the
-    network; ``cache`` is a folder, or "off".
-    """
+    network; ``cache`` is a folder, or "off"."""
 
     checkpoint: str | PathLike | None = setting(
         None, kind="path", column=True, metavar="FILE",
@@ -308,8 +305,7 @@ CURVES = tuple(one.name for one in sliders(Settings) if one.curve)
 
 def names_with(**about: object) -> tuple[str, ...]:
     """Return the names of the settings with these attributes, as in ``names_with(meta="set")``; of a tuple
-    one element suffices, as in ``names_with(restored="face")``.
-    """
+    one element suffices, as in ``names_with(restored="face")``."""
 
     def fits(one: Setting, name: str, value: object) -> bool:
         own = getattr(one, name)

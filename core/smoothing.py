@@ -27,8 +27,7 @@ def running_mean(track: np.ndarray, size: int) -> np.ndarray:
 def running_maximum(track: np.ndarray, before: int, after: int) -> np.ndarray:
     """Dilate ``(n,)``: each sample extends ``before`` samples earlier and ``after`` samples later, overlaps take the maximum.
 
-    Samples beyond the ends count as 0.
-    """
+    Samples beyond the ends count as 0."""
     if not len(track):
         return track
     padded = np.pad(track, (after, before))

@@ -3,8 +3,7 @@
 ``MODULE`` is relative to the package: ``core.worker.server``, ``core.cli.main``, ``s2ag_blender.render.job``.
 
 Blender's own Python has no package called s2ag, and runs isolated from environment variables and the working folder; so
-the tree around this file is imported as a package, without changing ``sys.path``.
-"""
+the tree around this file is imported as a package, without changing ``sys.path``."""
 
 import importlib
 import importlib.util
@@ -28,16 +27,14 @@ def import_package(name: str = "s2ag") -> ModuleType:
 def module_command(module: str) -> list[str]:
     """Return the command that runs ``module`` of this tree in the running Python, which need not have it installed.
 
-    It is isolated from environment variables, which may be meant for another Python.
-    """
+    It is isolated from environment variables, which may be meant for another Python."""
     return [sys.executable, "-I", os.path.abspath(__file__), "--", module]
 
 
 def package_command(python: str, module: str) -> list[str]:
     """Return the command that runs ``module`` of the package ``s2ag`` that is installed in ``python``.
 
-    The working folder is not searched, so no folder there that is called ``s2ag`` takes the package's place.
-    """
+    The working folder is not searched, so no folder there that is called ``s2ag`` takes the package's place."""
     return [python, "-P", "-m", f"s2ag.{module}"]
 
 

@@ -1,7 +1,6 @@
 """Styles: a named speaker, a blend of speakers, or a random point of the speakers' latent space (paper section 3.1.3).
 
-Controls move the style along learned directions of that space.
-"""
+Controls move the style along learned directions of that space."""
 
 import difflib
 import re
@@ -33,8 +32,7 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
 
     ``expression`` is ``NAME``, ``NAME:0.6+NAME:0.4``, ``random``, or a mapping of names to weights; for a sequence of
     styles parse each of its :func:`split_sequence`. Case, hyphens and underscores do not matter. Raises :class:`UnknownStyle`,
-    which lists the nearest names.
-    """
+    which lists the nearest names."""
     pairs = _split(expression)
     if len(pairs) == 1 and _key(pairs[0][0]) == RANDOM:
         return None
@@ -71,8 +69,7 @@ def interpolate_sequence(points: np.ndarray, frames: int) -> np.ndarray:
 def switch_at_frames(points: np.ndarray, frames: int, begins: np.ndarray) -> np.ndarray:
     """Switch smoothly to the next of the styles ``(..., points, size)`` at each frame of ``begins`` ``(points - 1,)``.
 
-    Returns the style of every frame, ``(..., frames, size)`` float32.
-    """
+    Returns the style of every frame, ``(..., frames, size)`` float32."""
     result = np.repeat(points[..., :1, :], frames, axis=-2).astype(np.float32)
     for row, begin in enumerate(begins, 1):
         share = np.clip((np.arange(frames) - begin) / _TRANSITION_FRAMES + 0.5, 0, 1)
@@ -84,8 +81,7 @@ def switch_at_frames(points: np.ndarray, frames: int, begins: np.ndarray) -> np.
 def controls(affect: Mapping[str, float], rate: float = 0.0, hand: float = 0.0) -> np.ndarray:
     """Return control values ``(5,)`` float32 in the order of :data:`CONTROLS`; ``affect`` may have any of :data:`AFFECTS`.
 
-    Raises :class:`UsageError` for unknown names and for values that are not numbers from -1 to 1.
-    """
+    Raises :class:`UsageError` for unknown names and for values that are not numbers from -1 to 1."""
     unknown = [name for name in affect if name not in AFFECTS]
     if unknown:
         raise UsageError(f"There is no affect {unknown[0]!r}.", f"Affects are {', '.join(AFFECTS)}.")
@@ -110,8 +106,7 @@ def take_identities(
     """Return the identities ``(take, steps)`` of takes: numbers from ``take`` on, all with the steps ``near``.
 
     With a ``spread`` all are variations of take number ``take``, each one step away from it; steps are numbered from
-    ``step`` on. A step is ``(number, spread)``; several steps make a variation of a variation.
-    """
+    ``step`` on. A step is ``(number, spread)``; several steps make a variation of a variation."""
     path = tuple((int(number), float(size)) for number, size in near)
     if not spread:
         return [(take + number, path) for number in range(takes)]
@@ -125,8 +120,7 @@ def sample_styles(
 
     The first take of a named style is the style itself; further takes are sampled from the speaker's distribution, widened
     because it expresses the network's uncertainty rather than a speaker's variation. A random style is sampled from the
-    normal distribution over all speakers. Equal seeds give equal styles. ``takes`` is a number, or :func:`take_identities`.
-    """
+    normal distribution over all speakers. Equal seeds give equal styles. ``takes`` is a number, or :func:`take_identities`."""
     which = take_identities(0, takes) if isinstance(takes, int) else takes
     if weights is None:
         draws = _draws(seed, which, mean.shape[1], first=True)
@@ -139,8 +133,7 @@ def sample_styles(
 
 def vary_controls(controls: np.ndarray, seed: int, takes: int | list[tuple]) -> np.ndarray:
     """Return the controls ``(..., takes, 5)`` float32 of every take from ``(..., 5)``: unchanged in the first take, varied
-    in the others except for the hand.
-    """
+    in the others except for the hand."""
     which = take_identities(0, takes) if isinstance(takes, int) else takes
     variation = _draws(seed, which, len(CONTROLS), 5)
     variation[:, CONTROLS.index("hand")] = 0

@@ -16,8 +16,7 @@ def set_passive_waiting() -> None:
     """Let torch's idle threads sleep instead of spinning; call it before torch is imported.
 
     Spinning makes a network as small as this one ten times slower beside other busy processes, and no faster alone.
-    A policy set by the user stays.
-    """
+    A policy set by the user stays."""
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 
@@ -41,8 +40,7 @@ def parallel_map(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_TH
     """Return ``work(part)`` for all parts, computed by up to ``most`` threads, this one included.
 
     Meant for array work, during which numpy releases the interpreter lock; ``work`` may call :func:`parallel_map` itself. If a
-    call fails, the remaining parts are skipped and its exception is raised.
-    """
+    call fails, the remaining parts are skipped and its exception is raised."""
     parts = list(parts)
     results: list = [None] * len(parts)
     remaining = iter(range(len(parts)))
@@ -69,8 +67,7 @@ def parallel_map(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_TH
 def run_in_background(*parts: Callable[[], T]) -> Iterator[list[Future]]:
     """Run ``parts`` one after the other in a background thread and yield their futures.
 
-    For use while this thread waits for another process. Parts that have not begun at the end are cancelled.
-    """
+    For use while this thread waits for another process. Parts that have not begun at the end are cancelled."""
     futures: list[Future] = [Future() for _ in parts]
 
     def work() -> None:

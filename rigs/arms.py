@@ -1,7 +1,6 @@
 """Twist of upper arm and forearm: the angle about the bone's own axis, which an edge direction leaves open.
 
-A direction fixes two of an arm bone's three angles. The third decides where the elbow's hinge and the palm face.
-"""
+A direction fixes two of an arm bone's three angles. The third decides where the elbow's hinge and the palm face."""
 
 import numpy as np
 
@@ -35,8 +34,7 @@ def angle_about(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndar
 def rest_hinge(upper: np.ndarray, fore: np.ndarray, forward: np.ndarray, up: np.ndarray) -> np.ndarray:
     """Return the elbow's hinge axis (3,) at rest: that of the modelled bend, or of a forward bend if the arm is straight.
 
-    A slight bend counts less, and not at all if it is backwards: then the modeller stretched the arm a little too far.
-    """
+    A slight bend counts less, and not at all if it is backwards: then the modeller stretched the arm a little too far."""
     modelled = np.cross(upper, fore)
     bend = np.arctan2(np.linalg.norm(modelled), upper @ fore)
     forward_bend = np.cross(upper, forward)
@@ -56,8 +54,7 @@ def upper_arm_turn(hinge: np.ndarray, upper: np.ndarray, fore: np.ndarray, inwar
 
     ``hinge``, ``upper``, ``fore`` (frames, 3): the hinge axis of the swung, untwisted upper arm, and both directions.
     ``inward`` is +1 for a left and -1 for a right arm. While the arm is nearly straight, the angle is interpolated between
-    the bent frames before and after and decays slowly to zero.
-    """
+    the bent frames before and after and decays slowly to zero."""
     normal = np.cross(upper, fore)
     bend = np.arctan2(np.linalg.norm(normal, axis=-1), np.sum(upper * fore, -1))
     weight = smoothstep(bend, STRAIGHT, BENT)
@@ -96,8 +93,7 @@ def _smooth_weighted(angle: np.ndarray, weight: np.ndarray, stiffness: float) ->
 def palm_turn(palm: np.ndarray, fore: np.ndarray, inward: np.ndarray, up: np.ndarray, strength: float) -> np.ndarray:
     """Return angles (frames,) about ``fore`` that turn the ``palm`` (frames, 3) inwards and down, as in a relaxed arm.
 
-    At most about one radian times ``strength``; falls to zero where the forearm itself points that way, to avoid jumps.
-    """
+    At most about one radian times ``strength``; falls to zero where the forearm itself points that way, to avoid jumps."""
     ease = inward - 0.8 * up
     ease = ease / np.linalg.norm(ease)
     return strength * np.sum(fore * np.cross(palm, ease), -1)
@@ -107,8 +103,7 @@ def limit_elbows(upper: np.ndarray, fore: np.ndarray, outward: np.ndarray, forwa
     """Return forearm directions (frames, 3) in which elbows that would bend backwards are limited to their range.
 
     ``outward`` and ``forward`` (frames, 3): the chest's side and front. An arm held out sideways bends forwards; from
-    there the upper arm twists by about 50 degrees outwards and 130 inwards.
-    """
+    there the upper arm twists by about 50 degrees outwards and 130 inwards."""
     carried = quaternion.rotate(quaternion.swing(outward, upper), np.cross(outward, forward))
     angle = angle_about(upper, carried, np.cross(upper, fore)) * inward
     angle = np.mod(angle - TWIST_MIDDLE + np.pi, 2 * np.pi) - np.pi

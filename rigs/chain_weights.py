@@ -11,8 +11,7 @@ def turn_shares(bones: Bones, mapping: Mapping, part: str) -> np.ndarray:
     """Return the cumulative share (bones,) of a part's rotation after each bone of its chain; the last is 1.
 
     A bone's length runs to the next one's head, the last one's to the end of the part. Bones without length add nothing;
-    if none has a length, all add the same.
-    """
+    if none has a length, all add the same."""
     rows = [bones.row(name) for name in mapping.chains[part]]
     heads = bones.heads[rows]
     lengths = np.linalg.norm(np.diff(heads, axis=0, append=mapping.end(bones, part)[None]), axis=-1)

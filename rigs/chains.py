@@ -1,8 +1,7 @@
 """Completes arm chains with all bones between shoulder and hand that deform the skin, and finds their shares of the twist.
 
 Many rigs split an upper arm or forearm into several bones, with or without "twist" in their names, at the joint or between
-two joints. The skin weights decide to which part such a bone belongs; without a mesh, a bone joins only by its name.
-"""
+two joints. The skin weights decide to which part such a bone belongs; without a mesh, a bone joins only by its name."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -43,8 +42,7 @@ Reader = Callable[[], Skin | None]
 def complete_chains(bones: Bones, chains: Mapping[str, tuple[str, ...]], skin: Reader) -> dict[str, tuple[str, ...]]:
     """Return ``chains`` completed with all bones between shoulder and hand that deform the arms' skin.
 
-    A bone mapped as a clavicle moves to the upper arm if its skin lies there. ``skin`` is called only where needed.
-    """
+    A bone mapped as a clavicle moves to the upper arm if its skin lies there. ``skin`` is called only where needed."""
     result = dict(chains)
     for side in SIDES:
         path = _ArmPath(bones, result, side)
@@ -56,8 +54,7 @@ def complete_chains(bones: Bones, chains: Mapping[str, tuple[str, ...]], skin: R
 def twist_shares(bones: Bones, chains: Mapping[str, tuple[str, ...]], skin: Reader) -> dict[str, tuple[float, ...]]:
     """Return, for each arm part of several bones, the cumulative share (0..1) of its twist at each bone, by skin weights.
 
-    Parts of one bone and parts without skin are left out.
-    """
+    Parts of one bone and parts without skin are left out."""
     shares = {}
     for part in (f"{side}_{name}" for side in SIDES for name in ("upper_arm", "forearm")):
         if len(chains.get(part, ())) < 2 or (skinned := skin()) is None:
@@ -71,8 +68,7 @@ def twist_shares(bones: Bones, chains: Mapping[str, tuple[str, ...]], skin: Read
 def with_hands(bones: Bones, chains: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
     """Return ``chains`` with missing hands added: the first bone of a forearm's main branch that is far enough from the elbow.
 
-    The tail of a last bone is no substitute: imported rigs often have arbitrary tails.
-    """
+    The tail of a last bone is no substitute: imported rigs often have arbitrary tails."""
     tree, result = Tree(bones), dict(chains)
     taken = {name for chain in chains.values() for name in chain}
     for side in SIDES:
@@ -164,8 +160,7 @@ class _ArmPath:
     def _place(self, point: np.ndarray) -> tuple[float, float]:
         """Return where along the arm a point lies (0 shoulder, 1 elbow, 2 wrist) and its distance from the arm's line.
 
-        Both are in lengths of the nearest part. Above the shoulder the first is below 0, beyond the wrist above 2.
-        """
+        Both are in lengths of the nearest part. Above the shoulder the first is below 0, beyond the wrist above 2."""
         best = (0.0, np.inf)
         for part in (0, 1):
             start, along = self.joints[part], self.joints[part + 1] - self.joints[part]

@@ -27,8 +27,7 @@ _FLAT = (0.2, 0.07, -0.07, -0.2)
 class HandSpheres:
     """The collision spheres of a hand: their ``radii`` (n,) and their centres, :meth:`places`.
 
-    ``length`` runs from the wrist to the farthest joint; ``outer`` are the rows of spheres that a large body touches first.
-    """
+    ``length`` runs from the wrist to the farthest joint; ``outer`` are the rows of spheres that a large body touches first."""
 
     def __init__(self, bones: Bones, palm: Palm, reach: float):
         """``reach`` is the estimated length of the hand, used if it has no fingers."""
@@ -59,8 +58,7 @@ class HandSpheres:
     def places(self, shape: np.ndarray) -> np.ndarray:
         """Return the spheres' centres (frames, n, 3) relative to the wrist of the unrotated hand, in armature space.
 
-        ``shape`` (frames, 12) are handshapes in degrees.
-        """
+        ``shape`` (frames, 12) are handshapes in degrees."""
         parts = [np.broadcast_to(self._fixed, (len(shape), *self._fixed.shape))]
         columns = np.linspace(0, 3, len(self._links)).round().astype(int)
         base, rest = (np.radians(handshape.columns(shape, part)) for part in ("base", "rest"))

@@ -64,8 +64,7 @@ def resolve_contacts(
     """Return ``directions`` (frames, 9, 3) in armature space with arms moved so that hands intersect nothing, in slices.
 
     ``heads``: the head and the place before its face. ``torso``, ``clavicles`` and ``strength`` as for
-    :func:`proportions.clear_trunk`. Frames far from a contact stay equal to the bit; without one the same array is returned.
-    """
+    :func:`proportions.clear_trunk`. Frames far from a contact stay equal to the bit; without one the same array is returned."""
     if strength <= 0 or not len(directions):
         return directions
     trunk = _Trunk(girth, chest_rotations(placed, torso))
@@ -266,8 +265,7 @@ class _Contact:
     def required_shift(self, way: np.ndarray, every: int = 1) -> tuple[np.ndarray, np.ndarray]:
         """Return how far (frames,) the wrists must part along ``way`` (frames, 3) from left to right, and how far against it.
 
-        ``every`` n-th sphere is used, which for n > 1 gives an estimate.
-        """
+        ``every`` n-th sphere is used, which for n > 1 gives an estimate."""
         way, few = way.astype(np.float32)[..., None], slice(None, None, every)
         a, b = ((spheres[:, few] @ way)[..., 0] for spheres in (self.a, self.b))
         along = b[:, None] - a[:, :, None]
@@ -285,8 +283,7 @@ def _separation_directions(left: _Arm, right: _Arm, contact: _Contact, fps: floa
     """Return the directions (all frames, 3) in which the right arm is moved away from the left one.
 
     Candidates are the palms' normals, the line between the hands and the normal of both forearms; the sequence with the
-    least shift and the fewest sudden changes is chosen and smoothed. Unit vectors, shorter only during a change.
-    """
+    least shift and the fewest sudden changes is chosen and smoothed. Unit vectors, shorter only during a change."""
     frames = contact.frames
     normals = [arm.to_frames(arm.held.balls.palm.normal, frames) for arm in (left, right)]
     hands = [arm.palm(frames).mean(1) for arm in (left, right)]

@@ -1,8 +1,7 @@
 """Detects which bones of an armature are which body parts: by a map, by the names of known rig families, or by position.
 
 A map that comes with the character takes precedence over names, names over positions. Parts that names leave open are
-filled by position if the body found by position has the same arms.
-"""
+filled by position if the body found by position has the same arms."""
 
 from dataclasses import replace
 
@@ -30,8 +29,7 @@ def detect(
 
     ``known`` is a mapping that comes with the character; ``where`` is the subject of messages; ``skin`` reads the bones'
     skin weights. The mapping's ``warnings`` name parts that will not move. Raises :class:`RigUnusable` with the missing
-    arm bones.
-    """
+    arm bones."""
     mapping, refusal = survey(bones, where, known, skin)
     if refusal is not None:
         raise refusal
@@ -53,8 +51,7 @@ def survey(
 def twist_bones(bones: Bones, chains: dict[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
     """Return the twist bones of each arm part: childless bones outside ``chains`` on the line between two joints.
 
-    They are sorted by position, the body's side first.
-    """
+    They are sorted by position, the body's side first."""
     tree, taken, result = limbs.Tree(bones), {name for chain in chains.values() for name in chain}, {}
     for part, following in zip(TWISTS, ("left_forearm", "left_hand", "right_forearm", "right_hand"), strict=True):
         chain, ends = chains.get(part.removesuffix("_twist")), chains.get(following)

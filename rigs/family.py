@@ -10,8 +10,7 @@ arm         ``clavicle``, ``upper_arm``, ``forearm``, ``hand``: likewise for an 
 controls    optional: true if these are control bones, which are preferred to deform bones
 loose       optional: parts whose bones are not descendants of the part before them
 switches    optional: settings that make the rig follow these bones: ``bone``, data ``path`` from its pose bone, ``value``
-=========== ======================================================================================================
-"""
+=========== ======================================================================================================"""
 
 import functools
 import json
@@ -41,8 +40,7 @@ class Switch:
 class Family:
     """The bone names of one rig family: ``chains`` as in :class:`.skeleton.Mapping`, with the rig's spelling.
 
-    ``twists`` lists its twist bones by part (``left_forearm_twist``); a particular rig may lack them.
-    """
+    ``twists`` lists its twist bones by part (``left_forearm_twist``); a particular rig may lack them."""
 
     key: str
     name: str

@@ -1,7 +1,6 @@
 """Finds the fingers of a hand from the bone hierarchy, and bends them into a relaxed hand.
 
-Names, axes and rolls do not matter. The bending direction follows from the positions of knuckles and thumb.
-"""
+Names, axes and rolls do not matter. The bending direction follows from the positions of knuckles and thumb."""
 
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
@@ -27,8 +26,7 @@ class Hand:
     """A hand at rest: rows of the bones of ``fingers``, from the index to the little one, and of ``thumb`` (() if none).
 
     ``palm`` (3,) is the unit normal out of the palm and ``across`` (3,) the unit vector from the little finger to the
-    thumb's side, both in armature space; ``length`` runs from the wrist to the farthest joint.
-    """
+    thumb's side, both in armature space; ``length`` runs from the wrist to the farthest joint."""
 
     row: int
     fingers: tuple[tuple[int, ...], ...]
@@ -42,8 +40,7 @@ def find_hand(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray | No
     """Find the hand on ``side``; None unless three to five chains of two to four bones hang below it.
 
     ``usable`` (n,) are the bones that may be rotated; others are skipped in the hierarchy. If the mapped hand has no
-    fingers below it, as in control rigs, other bones that start at the wrist are tried.
-    """
+    fingers below it, as in control rigs, other bones that start at the wrist are tried."""
     usable = np.ones(len(bones.names), bool) if usable is None else usable
     candidates = ((row, *_chains(bones, row, usable)) for row in _hand_rows(bones, mapping, side))
     hand = next((hand for hand in candidates if 3 <= len(hand[1]) <= 5), None)
@@ -63,8 +60,7 @@ def relaxed_rotations(
 ) -> dict[str, np.ndarray]:
     """Return constant rotations ``{bone: (4,)}``, in each bone's rest space, that relax straight fingers.
 
-    ``strength`` scales the bend. The bend at rest is subtracted; bones that are not ``usable`` (n,) are not rotated.
-    """
+    ``strength`` scales the bend. The bend at rest is subtracted; bones that are not ``usable`` (n,) are not rotated."""
     result = {}
     if strength <= 0:
         return result
@@ -213,8 +209,7 @@ def _subtract_rest(bones: Bones, chain: tuple[int, ...], angles: np.ndarray, axi
 def rest_bend(bones: Bones, chain: Sequence[int], axis: np.ndarray) -> np.ndarray:
     """Return the bend in degrees (joints,) of a finger's joints about ``axis`` at rest; that of the knuckle is unknown: 0.
 
-    The last bone's direction is used only if it continues the finger's: in many files it is arbitrary.
-    """
+    The last bone's direction is used only if it continues the finger's: in many files it is arbitrary."""
     axis = _unit(axis)
     steps = [*np.diff(bones.heads[list(chain)], axis=0)]
     tail, last = bones.tails[chain[-1]] - bones.heads[chain[-1]], np.linalg.norm(steps[-1])

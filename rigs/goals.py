@@ -2,8 +2,7 @@
 
 D of a bone is its rotation away from rest in armature space. Upper arms and forearms take the motion's edge directions and
 hands follow. Torso, neck, head and clavicles add the motion's rotation away from the data's mean pose to the character's
-rest pose, because the mean pose is the posture of the recorded person and not the character's.
-"""
+rest pose, because the mean pose is the posture of the recorded person and not the character's."""
 
 from collections.abc import Collection, Generator
 from dataclasses import dataclass, replace
@@ -45,8 +44,7 @@ class Options:
     ``clear_body`` (0..1) moves arms out of a trunk that is broader than the performer's, and hands, where the motion has
     them, out of each other, the other arm, the trunk and the head. ``limits`` keeps clavicles and the twist of upper arms
     and forearms within a human range. ``forward_elbows`` prevents elbows from bending backwards. The first and the last
-    change edge directions, but only in frames with a violation.
-    """
+    change edge directions, but only in frames with a violation."""
 
     torso: float = 1.0
     head: float = 1.0
@@ -76,8 +74,7 @@ class Goals:
     ``frame`` (3, 3) holds the character's left, back and up; ``directions`` (frames, 9, 3) and ``mean`` (9, 3) are in
     armature space; ``roles`` ``{row: Role}`` are the bones that are rotated; ``relative`` ``{part: (rotation, strength)}``
     holds rotations (frames, 4) away from the mean pose, relative to the torso, and the fraction of each to apply. ``stood``
-    are rotations of pelvis and legs, or None.
-    """
+    are rotations of pelvis and legs, or None."""
 
     def __init__(
         self,
@@ -100,8 +97,7 @@ class Goals:
         ``girth`` is the trunk's shape (estimated from the bones if None), ``free`` the twist bones, hands and fingers that
         may be rotated (all if None). ``frame`` is the character's, if ``bones`` are not in the pose from which it is read.
         The ``pelvis`` moves only if there are ``legs``; the feet stay. With ``clear`` False, call :meth:`clearing` before
-        any other method. Raises :class:`RigUnusable` for an unusable mapping.
-        """
+        any other method. Raises :class:`RigUnusable` for an unusable mapping."""
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
         self.free = None if free is None else frozenset(free)
         self._palms: dict[str, np.ndarray] = {}

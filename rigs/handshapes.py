@@ -25,8 +25,7 @@ _Turn = np.ndarray | tuple[np.ndarray, np.ndarray]
 def rotations(bones: Bones, palm: Palm, shape: np.ndarray, strength: float = 1.0) -> dict[str, np.ndarray]:
     """Return rotations ``{bone: (frames, 4)}`` in the bones' rest spaces for the handshapes (frames, 12) in degrees.
 
-    ``strength`` (0..1) scales them. A hand with fewer than four fingers uses those at the nearest places.
-    """
+    ``strength`` (0..1) scales them. A hand with fewer than four fingers uses those at the nearest places."""
     hand = palm.fingers
     if hand is None or strength <= 0:
         return {}

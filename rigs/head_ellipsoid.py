@@ -19,8 +19,7 @@ class HeadEllipsoid:
     """A head at rest in the character's own frame (left, back, up) with the middle of the shoulders as origin.
 
     ``middle`` (3,) and half-axes ``halves`` (3,) of the ellipsoid; ``neck`` (3,) and ``pivot`` (3,) are the joints of neck and
-    head.
-    """
+    head."""
 
     middle: np.ndarray
     halves: np.ndarray
@@ -55,8 +54,7 @@ class TurningHead:
     def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: slice | np.ndarray = slice(None)) -> np.ndarray:
         """Return how deep (frames, n) spheres of ``radius`` at ``points`` (frames, n, 3) lie in the head; negative outside.
 
-        Points are relative to the chest. Depth is measured towards the middle: never less than the shortest way out.
-        """
+        Points are relative to the chest. Depth is measured towards the middle: never less than the shortest way out."""
         offset = self._offset(points, frames)
         reach = np.linalg.norm(offset, axis=-1)
         share = np.linalg.norm(offset / (self.skull.halves + np.asarray(radius)[..., None]), axis=-1)

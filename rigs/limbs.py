@@ -28,8 +28,7 @@ ON_LINE = 0.08
 class Limbs:
     """Two mirrored limbs below the bone ``root``: rows ``paths`` (2, joints), parents first, and unit ``normal`` (3,).
 
-    ``normal`` points from the second limb to the first. ``length`` is measured along the joints.
-    """
+    ``normal`` points from the second limb to the first. ``length`` is measured along the joints."""
 
     root: int
     paths: tuple[tuple[int, ...], tuple[int, ...]]
@@ -41,8 +40,7 @@ class Tree:
     """Children, reach and mirrored limbs of an armature.
 
     ``reach`` (n,) is the length of the longest path down along heads, ``mass`` (n,) the total length of all bones below: a
-    hand has more than a sleeve.
-    """
+    hand has more than a sleeve."""
 
     def __init__(self, bones: Bones):
         self.bones, self.heads = bones, bones.heads
@@ -123,8 +121,7 @@ class Limb:
     """An arm: ``rows`` of its bones from the clavicle on, and ``places``, the indices of shoulder, elbow and wrist in them.
 
     ``points`` (3, 3) are the positions of those joints; the wrist may be the tail of the last bone. ``strangeness`` is the
-    cost of the proportions, 0 for a person's. ``inline`` are rows of bones on the lines of upper arm and forearm.
-    """
+    cost of the proportions, 0 for a person's. ``inline`` are rows of bones on the lines of upper arm and forearm."""
 
     rows: tuple[int, ...]
     places: tuple[int, int, int]
@@ -217,8 +214,7 @@ def share(tree: Tree, row: int, start: np.ndarray, end: np.ndarray) -> float:
 def strangeness(points: np.ndarray, out: float, places: tuple[int, int, int]) -> float:
     """Return a cost (0 is perfect) of an arm with joints at ``places`` of ``points`` (n, 3), compared with a person's.
 
-    ``out`` is the distance of the shoulder from the body's middle.
-    """
+    ``out`` is the distance of the shoulder from the body's middle."""
     shoulder, elbow, wrist = places
     upper, fore = points[elbow] - points[shoulder], points[wrist] - points[elbow]
     lengths = math.sqrt(upper @ upper), math.sqrt(fore @ fore)

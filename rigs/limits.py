@@ -1,7 +1,6 @@
 """Soft rotation limits of a character's shoulders and arms, which keep curves smooth.
 
-``core.motion.limits`` limits the motion itself; this module depends on the character's rest pose and retargeting options.
-"""
+``core.motion.limits`` limits the motion itself; this module depends on the character's rest pose and retargeting options."""
 
 import numpy as np
 
@@ -31,8 +30,7 @@ def limit_clavicle(rotation: np.ndarray, frame: np.ndarray, side: float, strengt
     """Limit a clavicle's rotation (frames, 4) away from rest so that ``strength`` of it stays within a shoulder's range.
 
     ``frame`` (3, 3) holds the character's left, back and up, ``side`` is +1 for a left and -1 for a right clavicle.
-    Rotations in the middle of the range are unchanged.
-    """
+    Rotations in the middle of the range are unchanged."""
     if strength <= 0:
         return rotation
     left, back, up = frame

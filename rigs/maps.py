@@ -12,8 +12,7 @@ A map lists the bones of each part, lowest first; ``[]`` leaves a part at rest::
       "switches": [{"bone": "Hand_IK.L", "path": "[\"ik_fk\"]", "value": 1.0}]
     }
 
-``armature``, ``family`` and ``comment`` are notes; ``switches`` are set while the rig is animated.
-"""
+``armature``, ``family`` and ``comment`` are notes; ``switches`` are set while the rig is animated."""
 
 import json
 from collections.abc import Iterable
@@ -52,8 +51,7 @@ def load(path: str | PathLike) -> Mapping:
 def save(path: str | PathLike, mapping: Mapping, armature: str = "") -> None:
     """Write a map for :func:`load`, atomically; parts without bones are ``[]``.
 
-    Raises :class:`OutputUnwritable`.
-    """
+    Raises :class:`OutputUnwritable`."""
     with atomic_file(path) as temporary:
         temporary.write_text(dump(mapping, armature), "utf-8")
 

@@ -2,8 +2,7 @@
 
 Names are compared without case and separators, after any common prefix (``mixamorig:``, ``Bip01 ``, ``Armature_``) and
 before any common copy number (``.001``). A bone must also be a descendant of the part before it, which excludes controls
-and helpers that happen to share a name.
-"""
+and helpers that happen to share a name."""
 
 import re
 from collections.abc import Iterator
@@ -51,8 +50,7 @@ class Match:
     """The bones of an armature that match a family's names with one prefix and one copy number.
 
     ``chains`` as in :class:`.skeleton.Mapping`, with twist bones; ``reasons`` say why a part was not found. ``strays`` counts
-    bones with a matching name in the wrong place of the hierarchy, ``driven`` arm bones that constraints or drivers control.
-    """
+    bones with a matching name in the wrong place of the hierarchy, ``driven`` arm bones that constraints or drivers control."""
 
     family: Family
     prefix: str

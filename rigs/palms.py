@@ -25,8 +25,7 @@ class Palm:
 
     Unit vectors (3,): ``knuckles`` from the wrist, ``normal`` out of the palm, ``thumbwards`` at right angles to both.
     ``fingers`` is None where they are unknown. ``neutral`` (radians) is the palm's twist about the forearm, measured from
-    the middle of its range.
-    """
+    the middle of its range."""
 
     knuckles: np.ndarray
     normal: np.ndarray
@@ -45,8 +44,7 @@ def at_rest(
 ) -> Palm:
     """Return the palm on ``side``: by its knuckles, or without a ``hand`` by its bone and the estimated normal ``guess`` (3,).
 
-    ``middle`` (3,) is the normal of a palm in the middle of the forearm's range.
-    """
+    ``middle`` (3,) is the normal of a palm in the middle of the forearm's range."""
     fore = mapping.segment(bones, f"{side}_forearm")
     if hand is not None:
         heads = bones.heads
@@ -74,8 +72,7 @@ def limit_wrist(
     """Return D (frames, 4) of a hand within the wrist's range, and the twist (frames,) of its forearm in radians.
 
     ``target`` is the target D, ``fore`` (frames, 3) the forearm's direction and ``aimed`` its D without twist; if ``free``,
-    nothing is limited.
-    """
+    nothing is limited."""
     if not free:
         axes = quaternion.rotate(target[:, None], palm.frame.T)
         along, out, aside = (np.sum(axes[:, index] * fore, -1) for index in range(3))

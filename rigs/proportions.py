@@ -1,8 +1,7 @@
 """Keeps arms outside the trunk of a character that is broader than the performer.
 
 The trunk is a stack of ellipses by height, estimated from the bones or measured from points of its surface. Upper arms are
-swung outwards until the elbow is free, then forearms until wrist and hand are; frames without a collision are unchanged.
-"""
+swung outwards until the elbow is free, then forearms until wrist and hand are; frames without a collision are unchanged."""
 
 from dataclasses import dataclass
 
@@ -37,8 +36,7 @@ class TrunkShape:
 
     ``heights`` (k,) increasing; ``middles`` (k, 2) of the ellipses as left and back; ``halves`` (k, 2) their half-axes.
     ``waist`` (negative) is the height above which the trunk bends with the chest. ``skull`` is a
-    :class:`.head_ellipsoid.HeadEllipsoid` or None. Its type is not declared, because that module imports this one.
-    """
+    :class:`.head_ellipsoid.HeadEllipsoid` or None. Its type is not declared, because that module imports this one."""
 
     heights: np.ndarray
     middles: np.ndarray
@@ -49,8 +47,7 @@ class TrunkShape:
     def depth(self, points: np.ndarray, radius: np.ndarray | float) -> np.ndarray:
         """Return how deep ``(...)`` spheres of ``radius`` at ``points`` ``(..., 3)`` lie in the trunk; negative outside.
 
-        Depth is measured towards the trunk's axis: never less than the shortest way out.
-        """
+        Depth is measured towards the trunk's axis: never less than the shortest way out."""
         middle, half = self._at(points[..., 2])
         offset = points[..., :2] - middle
         reach = np.linalg.norm(offset, axis=-1)
@@ -86,8 +83,7 @@ def guess_trunk(bones: Bones, mapping: Mapping) -> TrunkShape:
 def measure_trunk(bones: Bones, mapping: Mapping, points: np.ndarray) -> TrunkShape:
     """Measure the trunk, with hips and thighs as far down as hands reach, from surface ``points`` ``(n, 3)`` in armature space.
 
-    Slices with too few points are interpolated.
-    """
+    Slices with too few points are interpolated."""
     placed, estimate = ArmOrigin(bones, mapping), guess_trunk(bones, mapping)
     local = (np.asarray(points, float).reshape(-1, 3) - placed.origin) @ placed.frame.T
     edges = np.linspace(estimate.heights[0], estimate.heights[-1], _SLICES + 1)
@@ -113,8 +109,7 @@ class ArmOrigin:
 
     ``origin`` (3,) is the middle of the shoulders in armature space, ``frame`` (3, 3) the character's left, back and up;
     ``shoulders`` and ``roots`` (of the clavicles) by side, in that frame from that origin; ``lengths`` of upper arm, forearm
-    and hand by side; ``low`` and ``low_back`` are height and depth of the spine's start.
-    """
+    and hand by side; ``low`` and ``low_back`` are height and depth of the spine's start."""
 
     def __init__(self, bones: Bones, mapping: Mapping):
         self.frame = character_frame(bones, mapping)
@@ -187,8 +182,7 @@ def clear_trunk(
 
     ``torso`` (frames, 4) is the chest's rotation away from rest in armature space, ``clavicles`` the clavicles' rotations
     (frames, 4) by side, relative to the chest. ``strength`` (0..1) scales each correction. If no arm intersects the trunk,
-    the same array is returned.
-    """
+    the same array is returned."""
     if strength <= 0 or not len(directions):
         return directions
     result, carry = directions, chest_rotations(placed, torso)
@@ -236,8 +230,7 @@ class _Arm:
     ) -> np.ndarray | None:
         """Turn ``along`` (frames, 3) horizontally outwards until all ``points`` on it are free; None if they already are.
 
-        Each point is its distance from ``start`` (frames, 3) and its radius in arm lengths.
-        """
+        Each point is its distance from ``start`` (frames, 3) and its radius in arm lengths."""
         reach, radius = (np.array(column) for column in zip(*points, strict=True))
         radius = (radius - TOUCH) * self.size
         deep = self._depth(start, along, reach, radius)
@@ -292,8 +285,7 @@ class _Arm:
 def to_trunk_frame(girth: TrunkShape, points: np.ndarray, carry: np.ndarray) -> np.ndarray:
     """Map points (frames, n, 3), relative to the chest, to the unbent trunk: only above the waist does it turn with the chest.
 
-    ``carry`` (frames, 3, 3) is the chest's rotation as a matrix for row vectors, in the character's own frame.
-    """
+    ``carry`` (frames, 3, 3) is the chest's rotation as a matrix for row vectors, in the character's own frame."""
     pivot = np.array([0.0, 0.0, 0.5 * girth.waist])
     below = pivot + np.matmul(points - pivot, carry)
     share = np.clip(points[..., 2:] / girth.waist, 0.0, 1.0)

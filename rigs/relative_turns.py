@@ -12,8 +12,7 @@ NEUTRAL = skeleton.normalize(skeleton.MEAN_UNIT + skeleton.mirror(skeleton.MEAN_
 def turn(primary: np.ndarray, secondary: np.ndarray, to_primary: np.ndarray, to_secondary: np.ndarray) -> np.ndarray:
     """Return the rotation that maps unit ``primary`` onto ``to_primary`` and ``secondary`` as near as possible to its target.
 
-    All are ``(..., 3)``. The turn about ``to_primary`` fades out where a secondary vector is nearly parallel to its primary.
-    """
+    All are ``(..., 3)``. The turn about ``to_primary`` fades out where a secondary vector is nearly parallel to its primary."""
     lean = quaternion.swing(primary, to_primary)
     carried = quaternion.rotate(lean, secondary)
     size = np.minimum(
@@ -36,8 +35,7 @@ def head_turn(directions: np.ndarray, mean: np.ndarray) -> np.ndarray:
     """Return the head's rotation (frames, 4) from the mean pose.
 
     The edges neck to nose and nose to crown lie in the head's plane of symmetry: their sum points up, their difference, at
-    right angles to it, to the front. One edge alone could not distinguish turning from tilting.
-    """
+    right angles to it, to the front. One edge alone could not distinguish turning from tilting."""
 
     def up(pose: np.ndarray) -> np.ndarray:
         return skeleton.normalize(pose[..., 1, :] + pose[..., 2, :])

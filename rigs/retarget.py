@@ -1,7 +1,6 @@
 """Retargets nine edge directions to a plain skeleton: one without constraints, in which bones follow their parents.
 
-Unmapped bones follow their parent. A bone's local rotation is ``rest^-1 (D_parent^-1 D) rest``, for any axes and rolls.
-"""
+Unmapped bones follow their parent. A bone's local rotation is ``rest^-1 (D_parent^-1 D) rest``, for any axes and rolls."""
 
 from collections.abc import Generator
 
@@ -30,8 +29,7 @@ def solve(
     """Return rotations ``{bone: (frames, 4)}`` in each mapped bone's rest space (Blender's pose rotation).
 
     ``directions`` (frames, 9, 3) are in the canonical frame. Without ``hands``, hands follow the forearms. Raises
-    :class:`RigUnusable` for an unusable mapping.
-    """
+    :class:`RigUnusable` for an unusable mapping."""
     return rotations(Goals(bones, mapping, directions, fps, options, hands=hands))
 
 

@@ -39,8 +39,7 @@ class Bones:
 
     ``names`` are unique; ``parents`` (n,) rows of the parents or -1; ``matrices`` (n, 4, 4) rest matrices in armature space
     (a bone points along its y axis); ``lengths`` (n,); ``inherits`` (n,) whether a bone rotates with its parent (default:
-    all do); ``driven`` (n,) whether a constraint or driver controls its rotation (default: none).
-    """
+    all do); ``driven`` (n,) whether a constraint or driver controls its rotation (default: none)."""
 
     names: tuple[str, ...]
     parents: np.ndarray
@@ -88,8 +87,7 @@ class Bones:
 class Finding:
     """The bones detected for a body part, and ``how``: by ``name``, ``position`` or ``map``, "" if there are none.
 
-    ``note`` is a remark for the user: why there are none, or what is unusual.
-    """
+    ``note`` is a remark for the user: why there are none, or what is unusual."""
 
     part: str
     bones: tuple[str, ...] = ()
@@ -104,8 +102,7 @@ class Mapping:
     An edge ends at the head of the next part's first bone or, if that is not mapped, at the tail of its own last bone.
     ``hips`` is only read, to determine up. ``switches`` are settings that let the rig follow these bones; ``findings``
     describe the detection. ``shares[part]`` is the cumulative share of an arm part's twist after each of its bones (even if
-    absent). Bones in ``held`` are read but never rotated.
-    """
+    absent). Bones in ``held`` are read but never rotated."""
 
     chains: dict[str, tuple[str, ...]]
     family: str = "own mapping"
@@ -146,8 +143,7 @@ class Mapping:
     def segment(self, bones: Bones, part: str, place: int = 0) -> np.ndarray:
         """Return the unit vector (3,) at rest from the head of a chain's bone to the end of its part, in armature space.
 
-        For a bone at the end itself it is the chain's direction. Raises :class:`RigUnusable` if the chain has no length.
-        """
+        For a bone at the end itself it is the chain's direction. Raises :class:`RigUnusable` if the chain has no length."""
         chain = self.chains[part]
         end = self.end(bones, part)
         whole = np.linalg.norm(end - bones.heads[bones.row(chain[0])])
@@ -181,8 +177,7 @@ def character_frame(bones: Bones, mapping: Mapping) -> np.ndarray:
     """Return the rows left, back, up (3, 3) of the character at rest, in armature space: a proper rotation.
 
     Left points from the right to the left arm, up from the hips to the shoulders. Each is snapped to an axis of the
-    armature within 20 degrees, because a spine usually leans a little. Raises :class:`RigUnusable`.
-    """
+    armature within 20 degrees, because a spine usually leans a little. Raises :class:`RigUnusable`."""
     left_arm, right_arm = (bones.heads[bones.row(mapping.chains[f"{side}_upper_arm"][0])] for side in ("left", "right"))
     chest = 0.5 * (left_arm + right_arm)
     up = _snap(chest - _low_point(bones, mapping))

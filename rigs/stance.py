@@ -1,8 +1,7 @@
 """Inverse kinematics of the legs: the pelvis moves, the feet stay.
 
 Each leg has two bones between a moving hip and a fixed ankle; the law of cosines gives the knee, which bends forwards. The
-pelvis is lowered as far as needed for both feet to be in reach.
-"""
+pelvis is lowered as far as needed for both feet to be in reach."""
 
 from dataclasses import dataclass
 
@@ -29,8 +28,7 @@ class StandingPose:
     """Result of :func:`solve_legs`.
 
     ``turned`` ``{row: D (frames, 4)}`` of pelvis, thighs, shins and feet; ``places`` ``{bone: (frames, 3)}`` is the pelvis's
-    translation in its own rest space (Blender's pose location).
-    """
+    translation in its own rest space (Blender's pose location)."""
 
     turned: dict[int, np.ndarray]
     places: dict[str, np.ndarray]

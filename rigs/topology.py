@@ -1,8 +1,7 @@
 """Finds a body from the positions and hierarchy of bones, whatever their names.
 
 Two mirrored limbs below one bone are arms or legs. The bones from the legs' parent to the arms' parent are the spine, those
-beyond it neck and head. Lengths are relative to an arm's length, so that scale does not matter.
-"""
+beyond it neck and head. Lengths are relative to an arm's length, so that scale does not matter."""
 
 from dataclasses import dataclass
 from itertools import combinations
@@ -30,8 +29,7 @@ class Body:
     """The body found: ``chains`` as in :class:`.skeleton.Mapping`, ``hips`` ("" if unknown), ``legs``: the two thighs.
 
     ``told`` says how left was distinguished from right: by ``names``, ``feet``, or ``axes`` (an assumption).
-    ``front`` (3,) is the direction of the feet, None if unknown.
-    """
+    ``front`` (3,) is the direction of the feet, None if unknown."""
 
     chains: dict[str, tuple[str, ...]]
     hips: str
@@ -45,8 +43,7 @@ class Stance:
     """How a character stands: ``legs``, the two thighs; ``front`` (3,), the direction of the feet, None if unknown.
 
     ``front_legs`` are the uppermost bones of the front legs of an armature that stands on four legs; ``paths`` are the rows
-    of the legs' joints, from the thighs down.
-    """
+    of the legs' joints, from the thighs down."""
 
     legs: tuple[str, ...] = ()
     front: np.ndarray | None = None

@@ -1,8 +1,7 @@
 """Rotations of twist bones, which distribute an arm's twist along its skin instead of at one joint.
 
 Twist bones of an upper arm undo part of the bone's twist near the shoulder. A forearm's own bone stays untwisted if it has
-twist bones: they and the hand carry the twist, which rises from 0 at the elbow to its full value at the wrist.
-"""
+twist bones: they and the hand carry the twist, which rises from 0 at the elbow to its full value at the wrist."""
 
 import numpy as np
 

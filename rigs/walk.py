@@ -23,8 +23,7 @@ class Walk:
 
         ``start`` (frames, 4) is its D without a rotation of its own; ``base`` the D to which a relative part's rotation is
         added (``start`` if None); ``segment`` (3,) or (frames, 3) runs at rest from its head to the end of its part, in
-        armature space (the mapping's if None).
-        """
+        armature space (the mapping's if None)."""
         role = self.goals.roles[row]
         part, options = role.part, self.goals.options
         if part in self.goals.relative:
@@ -41,8 +40,7 @@ class Walk:
     def _aim(self, role: Role, start: np.ndarray, segment: np.ndarray | None) -> np.ndarray:
         """Swing the chain's first bone so that the part points along its direction; distribute the twist over the chain.
 
-        Each bone twists about the line from its own head to the part's end, so that the end does not move.
-        """
+        Each bone twists about the line from its own head to the part's end, so that the end does not move."""
         part, mapping, bones = role.part, self.goals.mapping, self.goals.bones
         along = quaternion.rotate(start, mapping.segment(bones, part, role.place) if segment is None else segment)
         if role.place == 0:
@@ -60,8 +58,7 @@ class Walk:
     def _twist(self, part: str, aimed: np.ndarray, target: np.ndarray) -> np.ndarray | None:
         """Return the twist (frames,) of an arm part in radians, or None where it has none.
 
-        ``aimed`` is the part's D without twist, ``target`` (frames, 3) its direction.
-        """
+        ``aimed`` is the part's D without twist, ``target`` (frames, 3) its direction."""
         goals, options = self.goals, self.goals.options
         bones, mapping, (left, back, up) = goals.bones, goals.mapping, goals.frame
         side = part.split("_")[0]

@@ -22,8 +22,7 @@ def locate(named: str | PathLike | None = None) -> Path:
     """Return the file of a checkpoint: the shipped one without a name, else the file that is ``named``.
 
     A last part without a suffix that is no file is a name, such as ``published``, and looked up among the shipped weights, then
-    in the user's folder (:func:`user_folders.data`), where ``s2ag checkpoint train`` writes them.
-    """
+    in the user's folder (:func:`user_folders.data`), where ``s2ag checkpoint train`` writes them."""
     path = Path(named or DEFAULT_CHECKPOINT)
     if path.suffix or path.is_file():
         return path
@@ -71,8 +70,7 @@ def describe(checkpoint: str | PathLike | None = None) -> dict:
     """Describe a checkpoint file, by default the shipped one.
 
     Returns ``"path"``, ``"hash"``, ``"speakers": [{"name", "description", "default"}]`` and
-    ``"controls": [{"name", "description"}]``. Raises :class:`CheckpointUnreadable`.
-    """
+    ``"controls": [{"name", "description"}]``. Raises :class:`CheckpointUnreadable`."""
     path = locate(checkpoint)
     facts = read_metadata(path)
     try:

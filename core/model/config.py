@@ -20,8 +20,7 @@ class ModelConfig:
     """Sizes and choices of generator and discriminator; the field defaults are those of the `default` network.
 
     :meth:`default` and :meth:`flow` are this project's, with prosody and controls; those of the paper and of its public code
-    are in :mod:`paper_networks`. Lengths are frames, sizes are channels. Symbols of Table 1 stand in brackets.
-    """
+    are in :mod:`paper_networks`. Lengths are frames, sizes are channels. Symbols of Table 1 stand in brackets."""
 
     name: str = "default"
     speakers: int = 1  # rows of the speaker table

@@ -34,8 +34,7 @@ def adjacency(nodes: int, links: Sequence[tuple[int, int]], hops: int, partition
 
     "unweighted" is one 0/1 matrix of all nodes within ``hops`` (paper section 3.1.4). "spatial" divides each column by
     its number of neighbours and splits it into the node itself and, for each hop, the neighbours at least as far from
-    the centre (node 0) as w, and those nearer to it (reference section A.6).
-    """
+    the centre (node 0) as w, and those nearer to it (reference section A.6)."""
     distance = hop_distance(nodes, links)
     near = distance <= hops
     if partition == "unweighted":

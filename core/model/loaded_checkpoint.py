@@ -13,8 +13,7 @@ from .config import ModelConfig
 class Network(Protocol):
     """Interface of :class:`numpy_inference.network.NumpyNetwork` (shapes: there) and :class:`torch_inference.TorchNetwork`.
 
-    Features (Any) are opaque: each network takes those that it has returned.
-    """
+    Features (Any) are opaque: each network takes those that it has returned."""
 
     shares: bool
     noise_size: int
@@ -60,8 +59,7 @@ class LoadedCheckpoint:
     """A checkpoint ready for synthesis.
 
     ``speakers`` are ``{"name", "description"}`` in the order of the speaker table; ``meta`` is the whole JSON file beside the
-    weights; ``hash`` is the SHA-256 of the weights file.
-    """
+    weights; ``hash`` is the SHA-256 of the weights file."""
 
     config: ModelConfig
     network: Network
@@ -96,8 +94,7 @@ class LoadedCheckpoint:
     def gain(self) -> np.ndarray:
         """Amplitude correction of each edge ``(9,)``, 1 to 1.4: the inverse of the speed ratios measured in validation.
 
-        Regression to the mean makes a regressor's motion too small; a flow's samples need no correction (1).
-        """
+        Regression to the mean makes a regressor's motion too small; a flow's samples need no correction (1)."""
         if self.draws:
             return np.ones(len(EDGES))
         validation = self.meta.get("training", {}).get("validation", {})

@@ -17,8 +17,7 @@ def load(path: str | PathLike | None = None, backend: str | None = None, device:
     """Load a checkpoint file (None: the shipped one) for ``backend`` and ``device``.
 
     Without a backend, numpy is used where it can: for flows, on the CPU. Raises :class:`CheckpointUnreadable` if a file is
-    missing, damaged or does not match the other, and :class:`UsageError` for unavailable backends and devices.
-    """
+    missing, damaged or does not match the other, and :class:`UsageError` for unavailable backends and devices."""
     path = locate(path)
     if backend not in (None, *BACKENDS):
         raise UsageError(f"There is no backend {backend!r}.", f"Use one of {', '.join(BACKENDS)}.")

@@ -22,8 +22,7 @@ def noise(
     ``identity`` is ``(take, steps)`` of :func:`styles.take_identities`: each step ``(number, spread)`` rotates the numbers
     towards new ones by that share of a right angle, so that a nearer variation shares more with its take. ``who`` are the
     weights of the performing speakers: each speaker has own numbers, so that two characters do not move alike at one seed, and
-    a blend mixes them. Another ``salt`` gives independent numbers for another purpose.
-    """
+    a blend mixes them. Another ``salt`` gives independent numbers for another purpose."""
     take, steps = identity
     numbers, path = _blended((seed, take), who, start, stop, size, salt), ()
     for number, spread in steps:

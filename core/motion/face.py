@@ -32,8 +32,7 @@ class Face:
     """``weights`` ``(n, channels)`` float32, one row per hundredth of a second from the start of the recording.
 
     ``closures`` ``(k, 2)`` are spans in seconds in which a sound needs closed lips; ``sounds`` are ``(phone, start, end)``
-    in CMU's alphabet; ``meta`` is JSON.
-    """
+    in CMU's alphabet; ``meta`` is JSON."""
 
     weights: np.ndarray
     closures: np.ndarray
@@ -49,8 +48,7 @@ class Face:
         """Return weights ``(m, channels)`` float32 at ``times`` ``(m,)``, sorted seconds ``1 / fps`` apart.
 
         Weights are interpolated linearly and held beyond the ends. The frame nearest to the middle of every closure gets
-        closed lips, so that no closure falls between two frames.
-        """
+        closed lips, so that no closure falls between two frames."""
         times = np.asarray(times, float)
         position = np.clip(times * RATE, 0, len(self.weights) - 1)
         index = np.minimum(position.astype(int), max(len(self.weights) - 2, 0))
@@ -122,8 +120,7 @@ def channel(name: str) -> int:
 def round_weights(weights: np.ndarray) -> np.ndarray:
     """Round ``weights`` to thousandths, as files store them, and return them as float32.
 
-    Changes ``weights``: a copy of an hour of them would be large.
-    """
+    Changes ``weights``: a copy of an hour of them would be large."""
     weights *= _STEPS
     np.round(weights, out=weights)
     weights /= _STEPS

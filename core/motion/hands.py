@@ -18,8 +18,7 @@ class Hands:
     """``knuckles`` and ``palms`` ``(frames, 2, 3)``, ``shape`` ``(frames, 2, 12)``, all float32; left before right.
 
     Knuckles: unit vector from the wrist to the centre of the four knuckles. Palms: unit normal out of the palm,
-    orthogonal to it. Both in the canonical frame. Shape: degrees, :data:`handshape.COLUMNS`.
-    """
+    orthogonal to it. Both in the canonical frame. Shape: degrees, :data:`handshape.COLUMNS`."""
 
     knuckles: np.ndarray
     palms: np.ndarray

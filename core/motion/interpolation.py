@@ -22,8 +22,7 @@ def ramp(time: np.ndarray, begin: float, end: float) -> np.ndarray:
 def simplify_polyline(values: np.ndarray, straight: float) -> np.ndarray:
     """Return the indices of a polyline that approximates ``values`` within ``straight`` (Ramer-Douglas-Peucker).
 
-    The first and the last index are included.
-    """
+    The first and the last index are included."""
     indices, pending = {0, len(values) - 1}, [(0, len(values) - 1)]
     while pending:
         low, high = pending.pop()

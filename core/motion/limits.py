@@ -1,8 +1,7 @@
 """Detects and corrects anatomically impossible poses: elbows bent backwards, hands inside the trunk, arms beyond the range
 of the shoulder, wrists that intersect.
 
-All functions take unit directions ``(..., 9, 3)`` in the canonical frame (x right, y down, z forward).
-"""
+All functions take unit directions ``(..., 9, 3)`` in the canonical frame (x right, y down, z forward)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,16 +43,14 @@ def backward_elbows(directions: np.ndarray) -> np.ndarray:
     forearm must lie within the humerus's range of rotation: 75 degrees outwards (100 with a raised arm) and 130 inwards.
     That is about ten more than anatomy textbooks allow, so flagged elbows are certainly wrong. Nothing is flagged above an
     elevation of 140 degrees, where the front is ill-defined, nor in arms that are straight within 12 degrees. Of 34,000
-    arms in captured gestures 0.05 % are flagged, all of one performer who hyperextends an elbow.
-    """
+    arms in captured gestures 0.05 % are flagged, all of one performer who hyperextends an elbow."""
     return np.stack([_elbow_excess(directions, side) > 0 for side in (0, 1)], axis=-1)
 
 
 def penetration(directions: np.ndarray) -> np.ndarray:
     """Return the deepest penetration ``(...)`` of wrists and mid-forearms into the trunk: 0 outside, 1 on its axis.
 
-    The trunk is an upright elliptic cylinder (half-axes 0.15 and 0.11 m) from 0.3 m under the spine joint to below the neck.
-    """
+    The trunk is an upright elliptic cylinder (half-axes 0.15 and 0.11 m) from 0.3 m under the spine joint to below the neck."""
     return _depth(directions).max(axis=-1)
 
 
@@ -68,8 +65,7 @@ def enforce_limits(directions: np.ndarray) -> np.ndarray:
 
     Where a rule is broken, the edges concerned are blended towards a possible pose, with a weight that rises and falls
     within two thirds of a second. Afterwards no elbow bends backwards, penetration is below :data:`MAX_PENETRATION` and wrists
-    are at least :data:`MIN_WRIST_DISTANCE`. All other frames stay unchanged, to the bit.
-    """
+    are at least :data:`MIN_WRIST_DISTANCE`. All other frames stay unchanged, to the bit."""
     kept = _unit(directions)
     for rule in _RULES:
         kept = _obey(kept, rule)
@@ -81,8 +77,7 @@ class _Rule:
     """``wrong(directions, slack)`` returns which frames break the rule; their ``edges`` then move to ``goal(directions)``.
 
     ``slack`` 0 tests the exact limits, 1 slightly stricter ones. ``goal`` returns ``(..., edges, 3)`` and must satisfy all
-    rules itself.
-    """
+    rules itself."""
 
     edges: tuple[int, ...]
     wrong: Callable[[np.ndarray, float], np.ndarray]
@@ -228,8 +223,7 @@ def _arm_frame(directions: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarra
 def _carried(start: np.ndarray, vector: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Rotate ``vector`` ``(3,)`` by the smallest rotation from unit ``start`` ``(3,)`` to ``end`` ``(..., 3)``.
 
-    The result is arbitrary for opposite vectors.
-    """
+    The result is arbitrary for opposite vectors."""
     length = np.maximum(1 + (end @ start)[..., None], 1e-6)
     along = vector @ start
     return vector + 2 * along * end - (along + (end @ vector)[..., None]) / length * (start + end)

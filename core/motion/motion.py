@@ -30,8 +30,7 @@ class Motion:
 
     ``words`` are ``(word, start, end)`` in seconds from the start of the audio. ``meta`` is the provenance (audio and
     transcript hash, style, seed, checkpoint hash, version) and must be JSON. ``hands`` and ``pelvis`` have as many frames
-    and are optional, as is ``face``, which has its own sampling rate and starts at the first frame.
-    """
+    and are optional, as is ``face``, which has its own sampling rate and starts at the first frame."""
 
     directions: np.ndarray
     fps: float = skeleton.FPS

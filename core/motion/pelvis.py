@@ -15,8 +15,7 @@ _MIRROR_TURN = np.array([1, -1, -1], np.float32)
 class Pelvis:
     """``place`` and ``turn`` ``(frames, 3)`` float32 in the canonical frame, relative to standing straight on both feet.
 
-    Place: offset in units of the hips' height above the floor, so that it fits any body. Turn: rotation vectors in radians.
-    """
+    Place: offset in units of the hips' height above the floor, so that it fits any body. Turn: rotation vectors in radians."""
 
     place: np.ndarray
     turn: np.ndarray

@@ -1,7 +1,6 @@
 """Unit quaternions as arrays ``(..., 4)`` in the order w, x, y, z; vectors are ``(..., 3)``, angles radians.
 
-All functions broadcast over leading axes. In functions that ensure continuity, the first axis is time.
-"""
+All functions broadcast over leading axes. In functions that ensure continuity, the first axis is time."""
 
 import numpy as np
 
@@ -114,8 +113,7 @@ def to_euler(q: np.ndarray, order: str = "XYZ") -> np.ndarray:
     """Convert rotations ``(frames, 4)`` to Euler angles ``(frames, 3)`` as x, y, z, without jumps over time.
 
     Each rotation has two sets of angles. At each frame, the set nearer to the one before is chosen; because distances
-    between first sets and between second sets are equal, the choice is a running parity and needs no loop.
-    """
+    between first sets and between second sets are equal, the choice is a running parity and needs no loop."""
     i, j, k = ("XYZ".index(axis) for axis in order)
     odd = 1.0 if (j - i) % 3 == 1 else -1.0
     m = to_matrix(np.asarray(q, float))

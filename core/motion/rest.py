@@ -27,8 +27,7 @@ _SWAY_RATES, _TALK_RATES = (0.043, 0.071, 0.113, 0.19), (0.13, 0.21, 0.31)  # Hz
 def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.ndarray:
     """Rotate unit vectors ``start`` by ``share`` of the angle to ``end``; shares above one or below zero extrapolate.
 
-    Shapes broadcast; ``share`` lacks the last axis. For opposite vectors the result is arbitrary.
-    """
+    Shapes broadcast; ``share`` lacks the last axis. For opposite vectors the result is arbitrary."""
     along = (start * end).sum(-1, keepdims=True)
     across = end - along * start
     length = np.linalg.norm(across, axis=-1, keepdims=True)
@@ -41,8 +40,7 @@ def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool
     """Return the weight of the rest pose ``(frames,)`` in 0..1, from voice activity ``(frames,)`` in 0..1.
 
     Pauses shorter than :data:`SETTLE_AFTER` are left to the network. A silence at the very start is rest from its first
-    frame if ``at_rest``, otherwise the hands sink as in any other pause. The weight has a continuous slope everywhere.
-    """
+    frame if ``at_rest``, otherwise the hands sink as in any other pause. The weight has a continuous slope everywhere."""
     frames = len(activity)
     weight = np.zeros(frames)
     for start, end in true_runs(activity < 0.5).tolist():
@@ -56,8 +54,7 @@ def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool
 def idle_offsets(frames: int, fps: float = skeleton.FPS, seed: int = 0, talking: np.ndarray | float = 0.0) -> np.ndarray:
     """Return offsets ``(frames, 9, 3)`` in radians to add to unit directions: breathing and a slow, aperiodic sway.
 
-    ``talking``, ``(frames,)`` or a number in 0..1, adds the livelier trunk and head of a speaker.
-    """
+    ``talking``, ``(frames,)`` or a number in 0..1, adds the livelier trunk and head of a speaker."""
     rng = np.random.default_rng((seed, 0x1D1E))
     time = np.arange(frames) / fps
     breath = np.sin(2 * np.pi * (rng.uniform(0.22, 0.28) * time + rng.random()) + 0.3 * np.sin(2 * np.pi * 0.05 * time))
@@ -83,8 +80,7 @@ def _waves(time: np.ndarray, rates: tuple[float, ...], rng: np.random.Generator)
 class RestBlend:
     """Weights of the rest pose and of a speaker's liveliness, shared by all takes of a recording.
 
-    Both are ``(frames,)`` in 0..1 at ``fps``.
-    """
+    Both are ``(frames,)`` in 0..1 at ``fps``."""
 
     weight: np.ndarray
     talking: np.ndarray
@@ -104,8 +100,7 @@ class RestBlend:
 def scale_amplitude(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarray = REST) -> np.ndarray:
     """Scale a motion's deviation from ``pose``: 0 is ``pose``, 1 changes nothing, above 1 exaggerates, up to 170 degrees.
 
-    ``intensity`` is a number, or ``(frames,)`` with one for every frame.
-    """
+    ``intensity`` is a number, or ``(frames,)`` with one for every frame."""
     intensity = np.asarray(intensity, float)[..., None]
     if (intensity == 1).all():
         return directions
@@ -126,8 +121,7 @@ def remove_jitter_of_numbers(track: np.ndarray) -> np.ndarray:
 def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the angle ``(...)`` in radians between unit vectors ``(..., 3)``, accurate for small angles, too.
 
-    In float32, the arc cosine of the dot product is 0 for all angles below 0.0003.
-    """
+    In float32, the arc cosine of the dot product is 0 for all angles below 0.0003."""
     return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
 
 

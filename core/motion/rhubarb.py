@@ -1,8 +1,7 @@
 """Mouth cues of Rhubarb Lip Sync (TSV, JSON): shapes A to F, G, H and X with times.
 
 A: closed for p, b, m. B: slightly open, clenched teeth. C: open. D: wide open. E: slightly rounded. F: puckered. G: teeth on
-the lip, f and v. H: tongue up, long l. X: idle.
-"""
+the lip, f and v. H: tongue up, long l. X: idle."""
 
 from collections.abc import Sequence
 from dataclasses import replace

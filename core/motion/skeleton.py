@@ -2,8 +2,7 @@
 
 Canonical frame (that of the TED Gesture data, reference section B.3): right-handed, x towards the character's right,
 y down, z forward, so the left arm lies at -x. A *direction* is a unit vector from an edge's parent joint to its child
-joint. Arrays end in ``(9, 3)`` for directions and ``(10, 3)`` for positions; any leading axes are kept.
-"""
+joint. Arrays end in ``(9, 3)`` for directions and ``(10, 3)`` for positions; any leading axes are kept."""
 
 import numpy as np
 
@@ -87,8 +86,7 @@ def wrists(directions: np.ndarray) -> np.ndarray:
 def to_positions(directions: np.ndarray, lengths: np.ndarray = LENGTHS) -> np.ndarray:
     """Return joint positions ``(..., 10, 3)`` of directions ``(..., 9, 3)``, with the spine at the origin (paper eq. 11).
 
-    Directions are normalised first, so bone lengths hold for any input; ``lengths`` are metres.
-    """
+    Directions are normalised first, so bone lengths hold for any input; ``lengths`` are metres."""
     steps = normalize(directions) * np.asarray(lengths)[:, None]
     positions = np.zeros((*steps.shape[:-2], len(JOINTS), 3), steps.dtype)
     for edge, (parent, child) in enumerate(EDGES):

@@ -6,8 +6,7 @@ from .skeleton import FPS
 
 CHANNELS = ("known", "stroke", "emphasis", "left", "right", "size", "meaning")
 """Channels of a frame: whether it is specified, whether it belongs to a stroke, proximity of the emphasis, hands, size, and
-meaning (index plus one). Specified frames without a stroke must not have one; all zeros leave a frame to the network.
-"""
+meaning (index plus one). Specified frames without a stroke must not have one; all zeros leave a frame to the network."""
 COLUMNS = ("performance", "ready", "emphasis", "end", "meaning", "hand", "size")
 """Columns of a table of strokes: times in seconds; hand 0 left, 1 right, 2 both."""
 NEAR = 0.12
@@ -27,8 +26,7 @@ def request_channels(strokes: np.ndarray, time: np.ndarray) -> np.ndarray:
 def stroke_rows(strokes: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """Return the stroke index of every frame ``(frames,)`` int32, or -1, for recordings concatenated at ``starts``.
 
-    Where strokes overlap, the later one wins.
-    """
+    Where strokes overlap, the later one wins."""
     start, stop = starts[:-1], starts[1:]
     recording = strokes[:, 0].astype(np.int64)
     first = np.clip(start[recording] + np.ceil(strokes[:, 1] * FPS).astype(np.int64), start[recording], stop[recording])

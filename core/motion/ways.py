@@ -27,8 +27,7 @@ def path(
     """Return directions ``(stop - start, 9, 3)`` of a way between the poses on either side of the frames.
 
     ``plan`` are the seconds of the way home and up again, at one of :data:`PACES`; or it is one of :data:`WAYS`. Speeds at
-    its ends fade in ``frames``.
-    """
+    its ends fade in ``frames``."""
     count, fps = stop - start, skeleton.FPS
     t = np.arange(1, count + 1)
     low, high = directions[max(start - 1, 0)].astype(float), directions[stop].astype(float) if stop < len(directions) else None

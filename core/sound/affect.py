@@ -2,8 +2,7 @@
 
 Arousal is the plain mean of four features: effort (spectral tilt), pitch, its movement, and syllables a second. Valence is what
 is smooth rather than harsh in the sound, dominance effort beside pitch and whether phrases fall; both are weak, and words tell
-more of them (:mod:`word_affect`).
-"""
+more of them (:mod:`word_affect`)."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -70,8 +69,7 @@ def hear(
 
     ``sound`` is ``(n,)`` float32 at 16 kHz, or what :func:`speech_units.measure` made of it; ``words`` are (text, start, end)
     in seconds, read where there are ``vectors`` of their language. Speech is followed in phrases of up to 3 s, smoothed over
-    neighbours; 0 where nobody has spoken.
-    """
+    neighbours; 0 where nobody has spoken."""
     units = sound if isinstance(sound, Units) else speech_units.measure(sound)
     return follow(units.spans, rate(units, hear_words(words, vectors, units.spans)), frames)
 

@@ -39,8 +39,7 @@ def load(path: str | PathLike) -> np.ndarray:
     WAV is read by :mod:`wavefile`, other formats by the package ``av``. Decoding goes piece by piece, so memory use is that
     of the result (230 MB an hour). Damaged packets are skipped, as in a player. Raises :class:`AudioUnreadable` if the file
     is missing, a folder, empty, of unknown format, without an audio stream or samples, shorter than its header says, or
-    beyond the limits :data:`RATE_LIMITS`, :data:`LONG_SECONDS` and :data:`MAX_SECONDS`.
-    """
+    beyond the limits :data:`RATE_LIMITS`, :data:`LONG_SECONDS` and :data:`MAX_SECONDS`."""
     path = Path(path)
     _check(path)
     head = wavefile.read_header(path)
@@ -81,8 +80,7 @@ def fingerprint(audio: np.ndarray, part: str = "") -> int:
     who have a ``part`` in one recording by its name.
 
     Levels are whole dB relative to the recording's own. So another lossless format, another gain, and the last digits in which
-    decoders and processors differ leave the number as it is, whereas :func:`digest` changes with every bit.
-    """
+    decoders and processors differ leave the number as it is, whereas :func:`digest` changes with every bit."""
     energy = np.array([np.square(part, dtype=float).sum() for part in np.array_split(audio, _PARTS)])
     levels = 10 * np.log10(energy / max(energy.sum(), 1e-30) + _PART_FLOOR)
     key = zlib.crc32(f"{len(audio)} {np.round(levels).astype(int).tolist()}".encode())
@@ -99,8 +97,7 @@ def speech_gain(audio: np.ndarray) -> float:
 
     A 20 ms frame is active if its power is at most 10 dB below the mean of all frames that are not digital silence. These
     two gates follow loudness metering (ITU-R BS.1770); both are relative to the recording, so pauses, digital silence and
-    room noise do not count.
-    """
+    room noise do not count."""
     audio = np.asarray(audio, np.float32)
     size = min(320, len(audio))
     if not size:

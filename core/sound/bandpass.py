@@ -18,8 +18,7 @@ def bandpass_blocks(
     """Filter ``(n,)`` samples by a causal Butterworth band-pass of ``2 * order`` poles for every ``(low, high)`` in Hz.
 
     Yields ``(first sample, bands)`` in blocks of :data:`STEP` samples, as whole bands of an hour would take a gigabyte. Bands
-    are float64, equal to ``scipy.signal.sosfilt(butter(order, edges, "bandpass"))`` within 1e-9 of full scale.
-    """
+    are float64, equal to ``scipy.signal.sosfilt(butter(order, edges, "bandpass"))`` within 1e-9 of full scale."""
     unit = np.exp(2j * np.pi * np.arange(_BLOCK // 2 + 1) / _BLOCK)
     responses = [_response(unit, low, high, rate, order) for low, high in edges]
     for begin in range(0, len(audio), STEP):
@@ -31,8 +30,7 @@ def bandpass_blocks(
 def _response(unit: np.ndarray, low: float, high: float, rate: int, order: int) -> np.ndarray:
     """Return the frequency response at points ``unit`` of the unit circle.
 
-    The low-pass prototype is transformed to the band and then by the bilinear transform, as zeros and poles.
-    """
+    The low-pass prototype is transformed to the band and then by the bilinear transform, as zeros and poles."""
     low, high = (2 * rate * np.tan(np.pi * edge / rate) for edge in (low, high))
     prototype = np.exp(1j * np.pi * (2 * np.arange(order) + order + 1) / (2 * order))
     half = prototype * (high - low) / 2

@@ -1,8 +1,7 @@
 """Mel-frequency cepstral coefficients (MFCC), equal to librosa's but without its ten-second first call.
 
 Settings are librosa's defaults: 16 kHz, Hann window of 2048 samples every 512, frames centred on zero-padded audio, 128
-Slaney mel bands, decibels clipped at 80 below the loudest band of the recording, orthonormal DCT-II.
-"""
+Slaney mel bands, decibels clipped at 80 below the loudest band of the recording, orthonormal DCT-II."""
 
 from functools import lru_cache
 
@@ -33,8 +32,7 @@ def mfcc(audio: np.ndarray, n_mfcc: int = COEFFICIENTS) -> np.ndarray:
     """Return ``(1 + n // 512, n_mfcc)`` float32 coefficients of ``(n,)`` samples at 16 kHz, a frame every 32 ms.
 
     Equal to ``librosa.feature.mfcc(y=audio, sr=16000, n_mfcc=n_mfcc).T`` of librosa 0.11. The 80 dB floor is relative to
-    the loudest band of the whole recording, so mel power is kept (57 MB an hour) and compressed in a second pass.
-    """
+    the loudest band of the whole recording, so mel power is kept (57 MB an hour) and compressed in a second pass."""
     return _cepstra(_mel_power(audio), n_mfcc)
 
 
@@ -44,8 +42,7 @@ def temporal_features(audio: np.ndarray) -> np.ndarray:
     Columns 0..13 are the coefficients of the level-normalised sound (:func:`audio.speech_gain`) with :data:`ROOM_POWER` added,
     minus ``OFFSET`` and divided by ``SCALE``, so values are of order one. Columns 14..26 are slopes of coefficients 0..12 (c0
     is loudness, whose slope marks accents) and columns 27..39 the slopes of those slopes; both are least-squares slopes over
-    five frames (160 ms), scaled to order one by 3 and 6.
-    """
+    five frames (160 ms), scaled to order one by 3 and 6."""
     power = _mel_power(audio)
     power *= np.float32(speech_gain(audio) ** 2)
     power += ROOM_POWER
@@ -109,8 +106,7 @@ def _cosines(size: int) -> np.ndarray:
 def mel_filters(window: int, bands: int, low: float = 0.0, high: float = SAMPLE_RATE / 2) -> np.ndarray:
     """Return ``(1 + window // 2, bands)`` triangular filters of unit area on Slaney's mel scale from ``low`` to ``high`` Hz.
 
-    The scale is linear to 1 kHz and logarithmic above.
-    """
+    The scale is linear to 1 kHz and logarithmic above."""
     edges = _hertz(np.linspace(_mel(low), _mel(high), bands + 2))
     bins = np.linspace(0, SAMPLE_RATE / 2, window // 2 + 1)[:, None]
     width = np.diff(edges)

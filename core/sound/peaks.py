@@ -17,8 +17,7 @@ def find_peaks(track: np.ndarray, prominence: float, distance: int, depth: float
     """Find the peaks of ``(n,)`` with at least this ``prominence`` that are at least ``distance`` samples apart.
 
     Of two peaks too close together the higher one stays. Widths are measured below the peak by ``depth`` times its
-    prominence. The peak of a plateau is its middle.
-    """
+    prominence. The peak of a plateau is its middle."""
     track = np.asarray(track, float)
     places = _maxima(track)
     outstanding = _prominences(track, places)

@@ -5,8 +5,7 @@ sound", Proceedings of the Institute of Phonetic Sciences 17, Amsterdam: the aut
 by that of the window, its peaks are candidates, and the cheapest path through the candidates of all frames is the pitch.
 Window, costs and thresholds are Praat's defaults. Measured against Praat 6.1.38 on seven minutes of human and synthetic
 speech (21,391 frames): every voicing decision is the same, two frames differ by over 50 cents, and the median difference is
-0.001 cents.
-"""
+0.001 cents."""
 
 from functools import lru_cache
 
@@ -30,8 +29,7 @@ def track_pitch(audio: np.ndarray, rate: int, step: float, floor: float, ceiling
     """Return ``(frames,)`` centre times in seconds and ``(frames,)`` pitch in Hz, 0 where unvoiced.
 
     ``audio`` is ``(n,)`` samples at ``rate`` Hz, ``step`` the seconds between frames; ``floor`` and ``ceiling`` in Hz limit the
-    search. A sound shorter than three periods of ``floor`` has no frames.
-    """
+    search. A sound shorter than three periods of ``floor`` has no frames."""
     audio = np.asarray(audio, float)
     window = _PERIODS / floor
     count = int(np.floor((len(audio) / rate - window) / step)) + 1
@@ -55,8 +53,7 @@ def _analyse_frames(
     """Return pitch candidates ``(frames, 14)`` in Hz (0: none), their strengths, and the loudness ``(frames,)`` 0..1.
 
     ``times`` are the centres of the frames in seconds, ``total`` the cumulative sum ``(n + 1,)`` of the samples, ``padded`` the
-    samples with half a window of zeros at both ends, ``highest`` the largest deviation from the mean in the recording.
-    """
+    samples with half a window of zeros at both ends, ``highest`` the largest deviation from the mean in the recording."""
     half, period = (len(padded) - len(total) + 1) // 2, int(rate / floor)
     window, shape, size = _window(half)
     # the sample at or before; sample i lies at (i + 0.5) / rate
@@ -87,8 +84,7 @@ def _window(half: int) -> tuple[np.ndarray, np.ndarray, int]:
 def _candidates(echo: np.ndarray, longest: int, rate: int, floor: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the strongest peaks of the autocorrelation ``(frames, lags)`` as Hz and strengths, ``(frames, 14)`` each.
 
-    As in Praat, peaks above the ceiling are included: in noise they take places that pitch candidates could have.
-    """
+    As in Praat, peaks above the ceiling are included: in noise they take places that pitch candidates could have."""
     here, left, right = echo[:, 2:longest], echo[:, 1 : longest - 1], echo[:, 3 : longest + 1]
     row, lag = np.nonzero((here > 0.5 * _VOICING) & (here > left) & (here >= right))
     place, strength = _refine_peaks(echo, row, lag + 2)

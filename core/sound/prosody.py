@@ -2,8 +2,7 @@
 
 Gesture strokes fall on accents (McNeill), so training and synthesis use the same accents: with words where they are known,
 otherwise from the sound alone. As in the literature, prominence means louder, higher and longer than the neighbourhood, on
-a word that carries meaning.
-"""
+a word that carries meaning."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -63,8 +62,7 @@ class Prosody:
 
     ``accents`` in order of time; ``phrases`` ``(p, 2)``, start and end in seconds; ``features`` ``(frames, FEATURES)`` float32
     at 15 fps with columns :data:`FEATURE_NAMES`, all of order one; the 100 Hz tracks ``level`` (dB above the speaker's mean)
-    and ``pitch`` (semitones above the speaker's median, interpolated where unvoiced).
-    """
+    and ``pitch`` (semitones above the speaker's median, interpolated where unvoiced)."""
 
     accents: tuple[Accent, ...]
     phrases: np.ndarray
@@ -85,8 +83,7 @@ def analyse(
 
     ``frames`` is the number of pose frames of the features, by default that of the recording. ``stressed`` holds the numbers
     of words that get a main accent whatever the sound says. ``measured`` is the result of :func:`measure`, if the caller has
-    it. Networks take these features at 15 fps; data sets may have another ``fps``.
-    """
+    it. Networks take these features at 15 fps; data sets may have another ``fps``."""
     frames = voice_activity.frame_count(audio, fps) if frames is None else frames
     tracks = measured or measure(audio)
     phrases = _phrases(tracks)
@@ -101,8 +98,7 @@ def analyse(
 def _phrases(tracks: Tracks) -> np.ndarray:
     """Return phrases ``(p, 2)``, start and end in seconds: voiced segments between pauses.
 
-    Those longer than :data:`LONGEST_PHRASE` are cut at their quietest point, away from the ends.
-    """
+    Those longer than :data:`LONGEST_PHRASE` are cut at their quietest point, away from the ends."""
     waiting = [tuple(edge) for edge in voice_activity.segments_of_track(tracks.voice, shortest=0.12, pause=PHRASE_PAUSE)][::-1]
     quiet = gaussian(tracks.level, 0.06 * RATE)
     phrases = []
@@ -187,8 +183,7 @@ def _stress(accents: tuple[Accent, ...], stressed: Collection[int]) -> tuple[Acc
 def _local_mean(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Return the mean of the values near each time, with Gaussian weights; words with semantic weight count more.
 
-    Words of one time are taken together, so that any number of them costs no more than the length of the recording.
-    """
+    Words of one time are taken together, so that any number of them costs no more than the length of the recording."""
     moments, number = np.unique(times, return_inverse=True)
     counted, summed = np.bincount(number, 0.2 + weights), np.bincount(number, (0.2 + weights) * values)
     result = np.empty(len(moments))
@@ -202,8 +197,7 @@ def _local_mean(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> n
 
 def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], time: np.ndarray) -> np.ndarray:
     """Return features ``(frames, FEATURES)`` float32 with columns :data:`FEATURE_NAMES` at ``time`` ``(frames,)`` in
-    seconds.
-    """
+    seconds."""
     mains = [accent for accent in accents if accent.main]
     manner = _manner(tracks, (tracks.voice > 0.5) & (tracks.level > -15))
     ahead, behind = _distance(time, np.array([accent.time for accent in mains]))

@@ -1,8 +1,7 @@
 """Measures the acoustic tracks of prosody, which need no words: voice, loudness, pitch and spectral tilt.
 
 Checkpoints up to version 0.1 were trained with pitch by Praat and filters by scipy. On seven minutes of human and synthetic
-speech, the features here differ from those by at most 0.0001 on average and by 0.13 in the worst place (pitch).
-"""
+speech, the features here differ from those by at most 0.0001 on average and by 0.13 in the worst place (pitch)."""
 
 from dataclasses import dataclass
 
@@ -23,8 +22,7 @@ class Tracks:
     """Acoustic tracks at 100 Hz, ``(n,)`` each.
 
     ``voice`` is the voice probability 0..1, ``level`` in dB, ``pitch`` in semitones above the median, ``register`` the median
-    pitch in octaves above 150 Hz, ``bright`` the spectral tilt in dB (power above 1 kHz relative to below).
-    """
+    pitch in octaves above 150 Hz, ``bright`` the spectral tilt in dB (power above 1 kHz relative to below)."""
 
     voice: np.ndarray
     level: np.ndarray

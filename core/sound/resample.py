@@ -1,8 +1,7 @@
 """Resamples a sound that arrives in pieces: windowed sinc interpolation with one filter per phase.
 
 Length, cut-off and window are those of FFmpeg's resampler (32 zero crossings, 0.97, Kaiser 9), so the result does not depend
-on which of the two decoded a file.
-"""
+on which of the two decoded a file."""
 
 from collections.abc import Iterable, Iterator
 

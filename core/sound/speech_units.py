@@ -34,8 +34,7 @@ class Units:
     """Units of speech: ``spans`` ``(u, 2)`` in seconds, how many seconds of each are ``voiced`` ``(u,)``, and ``features``
     ``(u, 9)`` with columns :data:`NAMES`, NaN where unknown: tilt as in :class:`VoiceQuality`, median pitch in semitones above
     100 Hz, mean step of pitch in 10 ms, syllable nuclei a second, Hammarberg index, harmonicity and its standard deviation in
-    dB, range of pitch in semitones, and how far pitch falls from the unit's middle to its end.
-    """
+    dB, range of pitch in semitones, and how far pitch falls from the unit's middle to its end."""
 
     spans: np.ndarray
     voiced: np.ndarray

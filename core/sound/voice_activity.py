@@ -1,8 +1,7 @@
 """Voice activity detection: band energies above a noise floor that adapts to the recording.
 
 Detects modulation above a steady background, so hum, hiss and room noise do no harm, but music and applause count as
-voice: recordings are expected to contain one voice without music.
-"""
+voice: recordings are expected to contain one voice without music."""
 
 from functools import lru_cache
 
@@ -51,8 +50,7 @@ def fraction_per_frame(track: np.ndarray, frames: int, fps: float = 15.0) -> np.
 def segments(audio: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> list[tuple[float, float]]:
     """Return the voiced segments as ``(start, end)`` seconds.
 
-    Gaps shorter than ``pause`` seconds are bridged and segments shorter than ``shortest`` seconds dropped.
-    """
+    Gaps shorter than ``pause`` seconds are bridged and segments shorter than ``shortest`` seconds dropped."""
     return segments_of_track(probability(audio), shortest, pause)
 
 
@@ -77,8 +75,7 @@ def probability(audio: np.ndarray) -> np.ndarray:
     """Return the voice probability ``(frames,)`` float32 in 0..1 at 100 fps, frame ``i`` centred on ``(i + 0.5) / 100`` s.
 
     It is a logistic function of the level above the noise floor (mean over ten bands, of which the stronger five count
-    more), extended in time by the hangover.
-    """
+    more), extended in time by the hangover."""
     bands = _bands(np.asarray(audio, np.float32))
     if not len(bands):
         return np.zeros(0, np.float32)
@@ -116,8 +113,7 @@ def _bands(audio: np.ndarray) -> np.ndarray:
 def _noise_floor(bands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the noise floor ``(steps, bands)`` in dB and the frame numbers ``(steps,)`` where it is sampled.
 
-    It is a low percentile of each quarter second, then one of the neighbouring quarter seconds.
-    """
+    It is a low percentile of each quarter second, then one of the neighbouring quarter seconds."""
     steps = -(-len(bands) // _FLOOR_STEP)
     padded = np.pad(bands, ((0, steps * _FLOOR_STEP - len(bands)), (0, 0)), mode="edge")
     quiet = np.percentile(padded.reshape(steps, _FLOOR_STEP, -1), 30, axis=1)

@@ -1,8 +1,7 @@
 """Measures how a voice sounds, every 10 ms: pitch, effort, harmonicity and loudness of its vowels.
 
 Power spectra of 32 ms are freed of steady noise, so that microphones and rooms count little; whatever is measured is relative
-to the recording's own level.
-"""
+to the recording's own level."""
 
 from dataclasses import dataclass
 
@@ -48,8 +47,7 @@ class VoiceQuality:
 
     ``voiced`` is a mask; ``pitch`` in semitones above 100 Hz, ``tilt``: ln of the power of 1 to 5 kHz over that of 60 Hz to
     1 kHz, ``harmonicity`` in dB and ``hammarberg``: the highest power below 2 kHz over that from 2 to 5 kHz in dB, are of use
-    where it is true. ``level`` is that of 300 to 2500 Hz in dB.
-    """
+    where it is true. ``level`` is that of 300 to 2500 Hz in dB."""
 
     voiced: np.ndarray
     pitch: np.ndarray
@@ -126,8 +124,7 @@ def _steady(voiced: np.ndarray, pitch: np.ndarray) -> np.ndarray:
 def _periodicity(power: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return normalised autocorrelation ``(frames,)`` at the best period, and the pitch in semitones above 100 Hz.
 
-    It is that of the sound below 4 kHz, at 8 kHz, beside its power in all, divided by that of the window (P. Boersma 1993).
-    """
+    It is that of the sound below 4 kHz, at 8 kHz, beside its power in all, divided by that of the window (P. Boersma 1993)."""
     size, rate = _SIZE // 2, SAMPLE_RATE // 2
     shortest, longest = int(rate / _CEILING), int(rate / _FLOOR) + 1
     shape = np.fft.irfft(np.abs(np.fft.rfft(_HANN, 2 * _WINDOW)) ** 2)[::2]

@@ -1,8 +1,7 @@
 """Reads WAV files with numpy: PCM of 8 to 32 bits, floats of 32 and 64 bits, with or without the extensible header.
 
 The format is RIFF WAVE (Microsoft and IBM, "Multimedia Programming Interface and Data Specifications 1.0", 1991). A data
-size that the writing program did not know yet means "to the end of the file".
-"""
+size that the writing program did not know yet means "to the end of the file"."""
 
 import struct
 from collections.abc import Iterator
@@ -25,8 +24,7 @@ class Header:
     """Format and position of the samples in a WAV file.
 
     ``kind`` is the numpy dtype of a sample ("" for 24 bits, None for an unsupported format), ``rate`` the samples per second,
-    ``begin`` the byte offset of the first sample, ``there`` the data bytes in the file, ``promised`` those in the header.
-    """
+    ``begin`` the byte offset of the first sample, ``there`` the data bytes in the file, ``promised`` those in the header."""
 
     kind: str | None
     rate: int

@@ -1,8 +1,7 @@
 """Hears valence and dominance in words: a linear reading of their vectors, fitted on sentences that people rated.
 
 The weights (assets/word_affect.npz) are made by core/learning/word_affect.py from EmoBank. On its test sentences they correlate
-with readers' valence by 0.56 and with their dominance by 0.31, so dominance in words is a hint, no more.
-"""
+with readers' valence by 0.56 and with their dominance by 0.31, so dominance in words is a hint, no more."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -22,8 +21,7 @@ _SPREAD = 1.5
 
 def hear_words(words: Sequence[tuple[str, float, float]], vectors: Any, spans: np.ndarray) -> np.ndarray:
     """Return valence and dominance ``(u, 2)`` around each of the ``spans`` ``(u, 2)`` in seconds, in standard deviations of
-    EmoBank's sentences. ``words`` are (text, start, end); without any, or without ``vectors``, all is 0.
-    """
+    EmoBank's sentences. ``words`` are (text, start, end); without any, or without ``vectors``, all is 0."""
     if vectors is None or not len(words) or not len(spans):
         return np.zeros((len(spans), 2))
     weights, centre, deviation = _weights()

@@ -1,8 +1,7 @@
 """Looks up 300-dimensional vectors of any word, known or not, and places them on pose frames.
 
 The shipped file holds 50,000 words and 50,000 FastText n-gram buckets, packed by :mod:`build` with a mean cosine of 0.983 to
-the original vectors; assets/NOTICE.txt names their sources.
-"""
+the original vectors; assets/NOTICE.txt names their sources."""
 
 import unicodedata
 from collections.abc import Sequence
@@ -42,8 +41,7 @@ class WordVectors:
 
     A word is looked up as written, normalised (lower case, straight apostrophe, no punctuation), without accents, without a
     possessive ``'s``, as its spoken parts (``well-known``, ``25``: the mean of the parts), and last by FastText character
-    n-grams, if the file has them. Anything else, such as a dash, gives the zero vector.
-    """
+    n-grams, if the file has them. Anything else, such as a dash, gives the zero vector."""
 
     def __init__(self, table: Table, name: str):
         self._table = table
@@ -54,8 +52,7 @@ class WordVectors:
     def load(cls, path: str | PathLike | None = None) -> "WordVectors":
         """Load the shipped vectors, or a file of the user: our ``.npz``, FastText or word2vec ``.bin``, ``.vec``.
 
-        All but ``.npz`` need gensim. Raises :class:`VectorsUnreadable`.
-        """
+        All but ``.npz`` need gensim. Raises :class:`VectorsUnreadable`."""
         path = Path(path) if path is not None else SHIPPED
         check_readable(path)
         if path.suffix == ".npz":
@@ -168,8 +165,7 @@ class PackedTable:
 def decode(packed: dict[str, np.ndarray], indices: np.ndarray) -> np.ndarray:
     """Return rows ``(len(indices), 300)`` float32 of a product-quantised table.
 
-    Centroids are concatenated, axes restored to their order and multiplied by the norms.
-    """
+    Centroids are concatenated, axes restored to their order and multiplied by the norms."""
     codes, centroids = packed["codes"][indices], packed["centroids"]
     rows = np.empty((len(codes), centroids.shape[0] * centroids.shape[2]), np.float32)
     rows[:, packed["order"]] = centroids[np.arange(len(centroids)), codes].reshape(len(codes), -1)
@@ -197,8 +193,7 @@ def word_per_frame(
 
     ``mode="span"`` marks every frame from a word's onset to its end (at least one); ``"onset"`` only the first, as in the
     published code (reference section B.4). Frame 0 is at ``start`` seconds. A word that is being spoken at ``start`` begins in
-    frame 0, one that has ended is absent, and of two words in one frame the later wins.
-    """
+    frame 0, one that has ended is absent, and of two words in one frame the later wins."""
     if mode not in ("span", "onset"):
         raise ValueError(f"mode is 'span' or 'onset', not {mode!r}")
     index = np.full(frames, -1, np.int32)
@@ -220,8 +215,7 @@ def vectors_per_frame(
     mode: str = "span",
 ) -> np.ndarray:
     """Return ``(frames, 300)`` float32: the vector of the word spoken in each pose frame, else zero; see
-    :func:`word_per_frame`.
-    """
+    :func:`word_per_frame`."""
     index = word_per_frame(words, frames, fps, start, mode)
     numbers, inverse = np.unique(index[index >= 0], return_inverse=True)
     result = np.zeros((frames, DIMENSIONS), np.float32)

@@ -1,8 +1,7 @@
 """Finds the bones of a face by name and position, and moves them by a face's channels.
 
 ``bones.json`` lists names by preference, with ``{side}`` for any spelling of a side. Parts without a known name are found
-by position: a jaw below the head that points forwards, mirrored eyes that point forwards, lids that start at an eye.
-"""
+by position: a jaw below the head that points forwards, mirrored eyes that point forwards, lids that start at an eye."""
 
 import functools
 import json

@@ -2,8 +2,7 @@
 
 ``keys`` maps key names (synonyms separated by ``|``) to weights of channels (:data:`core.motion.face.CHANNELS`; a sign
 selects one direction of a signed channel: ``LOOK_LEFT+`` or ``LOOK_LEFT-``). ``strip`` is a regular expression for prefixes of
-names, ``rest`` are channels that need no key because the rest shape or other keys express them.
-"""
+names, ``rest`` are channels that need no key because the rest shape or other keys express them."""
 
 import functools
 import json
@@ -50,8 +49,7 @@ class Family:
 class Shapes:
     """The shape keys of a face: ``keys`` ``{name: {channel: weight}}``.
 
-    ``bones`` are face bones by part (:data:`.bones.PARTS`); only maps have them.
-    """
+    ``bones`` are face bones by part (:data:`.bones.PARTS`); only maps have them."""
 
     family: str
     keys: dict[str, dict[str, float]]

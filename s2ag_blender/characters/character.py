@@ -13,8 +13,7 @@ class Character:
     """``armature`` is the armature object to animate, ``meshes`` the objects that it deforms.
 
     ``mapping`` says which bones are which parts of the body; it is detected if None. ``disarmed`` are sentences about what
-    its file would have run or written (:mod:`scene_safety`).
-    """
+    its file would have run or written (:mod:`scene_safety`)."""
 
     armature: ArmatureObject
     meshes: tuple[MeshObject, ...] = ()

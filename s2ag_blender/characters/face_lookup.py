@@ -33,8 +33,7 @@ class CharacterFace:
 def find(armature: ArmatureObject, mapping: Mapping | None = None, look: bool = True) -> CharacterFace | None:
     """Find the face of a character, by its chosen map or by the names of shape keys and bones; None if it has no mouth.
 
-    ``mapping`` is that of its body, if known. Without ``look`` (for drawing) cached bones are used.
-    """
+    ``mapping`` is that of its body, if known. Without ``look`` (for drawing) cached bones are used."""
     blocks, chosen = keys(armature), facemaps.read_face_map(armature)
     face = chosen or shapes.detect({block.name: None for key in blocks for block in key.key_blocks}.keys())
     parts = _parts(armature, chosen, mapping, look)

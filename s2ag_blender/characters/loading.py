@@ -32,8 +32,7 @@ def load_character(
     ``name`` is ``human``, ``human:RIG``, ``mannequin`` or a file of :data:`FILES`; a ``.blend`` replaces the open file,
     anything else is added to the current scene. ``armature`` chooses one by name where a file has several, else the only
     one that ``mapping`` fits, or whose bones are recognised. Armatures in ``besides`` are ignored. Raises
-    :class:`RigUnusable`.
-    """
+    :class:`RigUnusable`."""
     kind, _, rig_name = name.partition(":")
     if kind == "human" and not Path(name).suffix:
         return replace(human.build(rig_name or "default", gender), mapping=mapping), False
@@ -57,8 +56,7 @@ def build_scene(wanted: Sequence[tuple[str, str, str | None, Mapping | None]]) -
     """Load a character for each ``(name, gender, armature, mapping)``; return scene, characters, and if it is a ``.blend``.
 
     A ``.blend`` is opened once, however many of its armatures are used; other characters are added to it, or to an empty
-    scene, side by side. The open file is lost. Raises :class:`RigUnusable`.
-    """
+    scene, side by side. The open file is lost. Raises :class:`RigUnusable`."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     files = {name for name, *_ in wanted if Path(name).suffix.lower() == ".blend"}
     if len(files) > 1:
@@ -94,8 +92,7 @@ def choose_armature(
 ) -> ArmatureObject:
     """Return the scene's armature object with arms, or the one called ``name``; raises :class:`RigUnusable` with the choices.
 
-    A single armature is returned even without arms: the caller reports what it lacks. ``besides`` are not chosen.
-    """
+    A single armature is returned even without arms: the caller reports what it lacks. ``besides`` are not chosen."""
     armatures = [item for item in current_context().scene.objects if is_armature(item) and item not in besides]
     listed = ", ".join(item.name for item in armatures)
     if not armatures:

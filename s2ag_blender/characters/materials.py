@@ -25,8 +25,7 @@ def painted(
 ) -> bpy.types.Material:
     """Create a material with an image as base colour, and ``colour`` for viewports that show no images.
 
-    The image node is the active one, from which Workbench takes its texture.
-    """
+    The image node is the active one, from which Workbench takes its texture."""
     material, shader = _principled(name, roughness, 0.0, specular)
     tree: Any = material.node_tree
     nodes, links = tree.nodes, tree.links

@@ -1,8 +1,7 @@
 """Disables what rendering an untrusted .blend would run, or write to unexpected places.
 
 Blender itself blocks scripts, registered texts and scripted drivers (``use_scripts=False``). Everything else is switched off by
-its own setting, so that a saved copy still has it and its owner can switch it on again.
-"""
+its own setting, so that a saved copy still has it and its owner can switch it on again."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -15,8 +15,7 @@ class Surface:
     """Quads with bone weights.
 
     ``points`` (n, 3) metres; ``faces`` (m, 4) rows of points, a triangle repeats its last corner; ``weights`` (n, bones)
-    float32; ``slots`` (m,) material index; ``uvs`` (m, 4, 2) or None.
-    """
+    float32; ``slots`` (m,) material index; ``uvs`` (m, 4, 2) or None."""
 
     points: np.ndarray
     faces: np.ndarray
@@ -119,8 +118,7 @@ def cut(surface: Surface, distance: np.ndarray) -> Surface:
     """Keep the part where ``distance`` (n,) is positive, with its border exactly on zero.
 
     Points next to the zero line move onto it along their edges, so there are no slivers and quads stay quads except where
-    the line crosses a corner. Texture coordinates are dropped.
-    """
+    the line crosses a corner. Texture coordinates are dropped."""
     distance = np.asarray(distance, float).copy()
     edges = np.unique(np.sort(surface.edges(), 1), axis=0)
     a, b = edges[distance[edges[:, 0]] * distance[edges[:, 1]] < 0].T
@@ -147,8 +145,7 @@ def trim(surface: Surface, loop: np.ndarray, along: np.ndarray, steps: Sequence[
 
     ``along`` (3,) is the direction off the edge; each of ``steps`` is (metres along it, metres away from the loop's centre),
     measured from the loop. The first strip keeps the material of the surface, the others get ``slot``; all get the loop's
-    weights.
-    """
+    weights."""
     ring = surface.points[loop]
     away = ring - ring.mean(0)
     away -= np.outer(away @ along, along)
@@ -170,8 +167,7 @@ def grid(points: np.ndarray, weights: np.ndarray, slot: int = 0, repeat: float =
     """Create a tube from ``points`` (rows, columns, 3), its first row closed by a fan, its last too if ``closed``.
 
     Rows run from that lid along the tube, columns clockwise as seen from outside the lid. All points get ``weights``
-    (bones,). Texture coordinates run once along and ``repeat`` times around.
-    """
+    (bones,). Texture coordinates run once along and ``repeat`` times around."""
     rows, columns, _ = points.shape
     index = np.arange(rows * columns).reshape(rows, columns)
     after = np.roll(index, -1, 1)

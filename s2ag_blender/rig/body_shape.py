@@ -89,8 +89,7 @@ def _points(armature: ArmatureObject, item: MeshObject, bones: tuple[set[str], .
     """Return, for each set of ``bones``, every ``step``-th vertex (n, 3) of a mesh whose largest weight is for one of them.
 
     Vertices are at rest, in armature space. With ``step`` 1, points on the edges between them are added, as a coarse mesh
-    may have few vertices.
-    """
+    may have few vertices."""
     mesh = item.data
     bone_names = set(armature.data.bones.keys())
     names = {group.index: group.name for group in item.vertex_groups if group.name in bone_names}

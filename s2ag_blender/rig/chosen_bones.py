@@ -12,8 +12,7 @@ from ...rigs.skeleton import Mapping
 def mapping_of_settings(settings: Any) -> Mapping | dict[str, tuple[str, ...]] | None:
     """Return the bones chosen by hand as ``{part: bones}``, a bone map from a file as a mapping, or None for detection.
 
-    Raises :class:`RigUnusable` where a file's map was edited so that a bone belongs to two parts.
-    """
+    Raises :class:`RigUnusable` where a file's map was edited so that a bone belongs to two parts."""
     if not settings.bone_map:
         return None
     chains = {item.name: chain for item in settings.bone_map if (chain := split(item.bones))}

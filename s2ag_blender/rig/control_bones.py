@@ -18,8 +18,7 @@ class Control:
 
     Indices into the list of controls, -1 for none: ``rides`` is the control that it follows, by ``share`` of that one's
     rotation; ``base`` the one to which a relative rotation refers; ``copies`` the forearm whose rotation a hand takes unless
-    the motion has hands. ``gain`` is the share of its own rotation that takes effect.
-    """
+    the motion has hands. ``gain`` is the share of its own rotation that takes effect."""
 
     name: str
     row: int

@@ -3,8 +3,7 @@
 D of a bone is its evaluated rotation relative to the rig's own rest, without animation. The D that a bone gets from other
 bones is first predicted, from a trial turn of each bone that shows which others follow it, then measured on a private copy
 and corrected from the root down: ``M^-1 S M`` for the remaining rotation S of a bone whose orientation is M. Where the
-prediction holds, as on most rigs, one evaluation per frame confirms it; else each pass is exact one level further.
-"""
+prediction holds, as on most rigs, one evaluation per frame confirms it; else each pass is exact one level further."""
 
 from collections.abc import Callable, Collection, Generator
 from dataclasses import dataclass, replace
@@ -69,8 +68,7 @@ def solve_in_slices(
     ``ask(bones, take, clear=False)`` returns the goals of a take; ``values`` are property values that the rig will have;
     ``hands`` may be rotated with their forearms where they do not follow by themselves. Sentences about bones that miss
     their goals go to ``tell``; bones that do not respond get no keys. Nothing in the file changes. Raises
-    :class:`RigUnusable` for an unusable mapping.
-    """
+    :class:`RigUnusable` for an unusable mapping."""
     mapped = [name for chain in mapping.chains.values() for name in chain]
     with PausableCopy(armature, scene, mapped, values, float(motion.frames[0])) as place:
         rest = place.rig.as_bones(bones)
@@ -167,8 +165,7 @@ class Solver:
         """Return the rotations (controls, frames, 4) from the axis of each bone's own turn to the axis of its response.
 
         ``step`` is the last change of the bones' rotations, which took them from D ``former`` to ``turned``. A constraint
-        after a bone's own rotation turns the axis about which the bone responds.
-        """
+        after a bone's own rotation turns the axis about which the bone responds."""
         result = tilt.copy()
         for index, control in enumerate(self.controls):
             rest = self.rest[control.row]
@@ -214,8 +211,7 @@ class Solver:
         """Return rotations (controls, frames, 4) that should reach the goals, given that ``basis`` led to D ``turned``.
 
         Also return the angles (controls, frames) from ``basis`` to the goals. ``segments`` are directions from heads to the
-        ends of parts (controls, frames, 3) relative to D; ``ease`` (controls, frames) is the share of each step to take.
-        """
+        ends of parts (controls, frames, 3) relative to D; ``ease`` (controls, frames) is the share of each step to take."""
         expected, result, left = [], [], []
         for index, control in enumerate(self.controls):
             rest = self.rest[control.row]
@@ -272,8 +268,7 @@ class Solver:
     def _learn(self, controls: list[Control]) -> list[Control]:
         """Find by a trial turn of each bone which others follow it, and what share of it takes effect on the bone itself.
 
-        Returns the controls with these values, without hands that follow their forearms by themselves.
-        """
+        Returns the controls with these values, without hands that follow their forearms by themselves."""
         self.controls = controls
         shares = np.zeros((len(controls), len(controls)))
         gains = []

@@ -1,8 +1,7 @@
 """Finds the bones beyond the mapped ones that may be keyed without overwriting the user's work: hands, fingers, twist bones.
 
 What a user wants to stay as it is, is keyed, locked, or ruled by a constraint or a driver. A pose without keys is no such
-wish for hands: importers leave one on most bones, and it tells nothing about who made it.
-"""
+wish for hands: importers leave one on most bones, and it tells nothing about who made it."""
 
 from collections.abc import Collection, Iterator
 
@@ -23,8 +22,7 @@ def free_bones(armature: ArmatureObject, ruled: bool = False, posed: bool = Fals
     """Return the names of bones that nothing but this package's actions turns, at rest or as they left them.
 
     Excludes bones that other actions key, that are locked, or that have an active constraint or a driver; ``ruled``
-    includes those with constraints and drivers, ``posed`` those that have a pose without keys.
-    """
+    includes those with constraints and drivers, ``posed`` those that have a pose without keys."""
     ours, theirs = keyed_bones(armature)
     if not ruled:
         theirs |= {dependencies.bone_of(curve.data_path) for curve in dependencies.drivers(armature)}
@@ -72,8 +70,7 @@ def obstacles(goals: Goals, free: Collection[str]) -> Iterator[str]:
 def posed_by_former_actions(armature: ArmatureObject, names: list[str], what: str = "rotation") -> set[str]:
     """Return those of ``names`` whose current rotation (or location) equals a frame of an action of this package.
 
-    Blender keeps the last pose when an action is removed; such a pose is no work of the user.
-    """
+    Blender keeps the last pose when an action is removed; such a pose is no work of the user."""
     bones = set()
     for action in bpy.data.actions if names else ():
         if provenance.read(action) is None:

@@ -2,8 +2,7 @@
 
 The copy is alone in a scene of its own, so Blender evaluates only what its bones depend on. Measuring on the rig itself
 would evaluate every mesh that it deforms, would need frame, pose and animation restored after each error, and would leave
-traces in library overrides.
-"""
+traces in library overrides."""
 
 import contextlib
 import time
@@ -65,8 +64,7 @@ class RigCopy:
 class PausableCopy:
     """A :class:`RigCopy` that is removed whenever control returns to Blender, so that nothing done or saved then sees it.
 
-    ``arguments`` are those of :func:`rig_copy`.
-    """
+    ``arguments`` are those of :func:`rig_copy`."""
 
     def __init__(self, *arguments: Any) -> None:
         self._rig: RigCopy | None = None
@@ -116,8 +114,7 @@ def rig_copy(
     """Yield a :class:`RigCopy` for ``armature`` on which ``bones`` can be measured; remove it and its data afterwards.
 
     ``values`` are property values to set on the copy, by data path from the object; ``frame`` is the scene frame at which it
-    is evaluated (the current one, if None).
-    """
+    is evaluated (the current one, if None)."""
     made = []
     with _silence():
         try:

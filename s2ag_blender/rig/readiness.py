@@ -66,8 +66,7 @@ _change_count = 0
 def note_change(rigs: bool = False) -> None:
     """Note a change on which a readiness may depend; ``rigs`` if an armature itself changed.
 
-    Called with every change of an object, so it only counts; the next lookup compares states.
-    """
+    Called with every change of an object, so it only counts; the next lookup compares states."""
     global _change_count
     _change_count += 1
     if rigs and _cache and not bpy.app.background:
@@ -93,8 +92,7 @@ def rig_signature(armature: ArmatureObject) -> tuple[Any, ...]:
 def cached(armature: ArmatureObject) -> Readiness | None:
     """Return the cached readiness, None where there is none. For drawing: never slow.
 
-    An outdated one is worked out again as soon as Blender is idle; in background mode, which has no idle time, at once.
-    """
+    An outdated one is worked out again as soon as Blender is idle; in background mode, which has no idle time, at once."""
     if bpy.app.background:
         return readiness_of(armature)
     look = _cache.get(_cache_key(armature))

@@ -79,8 +79,7 @@ def detect_mapping(
 ) -> tuple[Mapping, RigUnusable | None]:
     """Detect the mapping of an armature, locked bones included; return it and the error that makes it unusable, or None.
 
-    ``seen`` reads the skin weights; callers share one (see :func:`_skin`) because reading them is slow.
-    """
+    ``seen`` reads the skin weights; callers share one (see :func:`_skin`) because reading them is slow."""
     return detect_all(bones, f'Armature "{armature.name}"', vrm.humanoid(armature), seen or _skin(armature, bones))
 
 
@@ -92,8 +91,7 @@ def _skin(armature: ArmatureObject, bones: Bones) -> arm_chains.Reader:
 def resolve_mapping(armature: ArmatureObject, bones: Bones, mapping: Mapping | dict | None = None) -> Mapping:
     """Return the mapping to use: the given one (``{part: bone or bones}``) or the detected one, without locked bones.
 
-    Its ``warnings`` name everything that keeps a part from moving freely. Raises :class:`RigUnusable`.
-    """
+    Its ``warnings`` name everything that keeps a part from moving freely. Raises :class:`RigUnusable`."""
     seen = _skin(armature, bones)
     if mapping is None:
         mapping, refusal = detect_mapping(armature, bones, seen)
@@ -111,8 +109,7 @@ def mapping_by_hand(armature: ArmatureObject, bones: Bones, chosen: dict) -> Map
     """Return a mapping of ``{part: bone or bones}``, with hips, hands and switches of the detected mapping if its arms agree.
 
     The end of each forearm must be known. If the map does not give it and detection finds other arms, the bone below the
-    forearm with the most descendants is taken as the hand.
-    """
+    forearm with the most descendants is taken as the hand."""
     chains = {part: (chain,) if isinstance(chain, str) else tuple(chain) for part, chain in chosen.items()}
     mapping = Mapping({part: chain for part, chain in chains.items() if chain})
     seen, refusal = detect_mapping(armature, bones)

@@ -26,8 +26,7 @@ class Solution:
     """``rotations`` ``{bone: (keys, 4)}``, and ``values`` (by data path) that the rig needs to follow them.
 
     ``why`` says in words why bones had to be measured; "" where the closed form held. ``places`` ``{bone: (keys, 3)}`` are
-    locations of the pelvis where the weight shifts, ``stood`` are the pelvis and the bones of the legs.
-    """
+    locations of the pelvis where the weight shifts, ``stood`` are the pelvis and the bones of the legs."""
 
     rotations: dict[str, np.ndarray]
     values: dict[str, float]
@@ -52,8 +51,7 @@ def solve_in_slices(
 
     For a plain rig only the first slice reads from Blender. ``motion`` and ``keys`` are the same motion, at its own frames
     and at those to be keyed; hands and arms stay out of the ``trunk`` (estimated, if None). Sentences about bones that cannot
-    reach their goals go to ``tell``. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping.
-    """
+    reach their goals go to ``tell``. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping."""
     values = switches(armature, mapping, tell)
     why = why_not_plain(armature, bones, mapping, values)
     moving, resting = motion.hands is not None, hands.free_bones(armature)
@@ -96,8 +94,7 @@ def solve_in_slices(
 def switches(armature: ArmatureObject, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, float]:
     """Return the property values that make the rig follow its mapped bones, by data path from the object.
 
-    A sentence for each switch that is missing or driven goes to ``tell``.
-    """
+    A sentence for each switch that is missing or driven goes to ``tell``."""
     result, driven = {}, {curve.data_path for curve in dependencies.drivers(armature)}
     for switch in mapping.switches:
         path = f'pose.bones["{bpy.utils.escape_identifier(switch.bone)}"]'
@@ -117,8 +114,7 @@ def switches(armature: ArmatureObject, mapping: Mapping, tell: Callable[[str], N
 def why_not_plain(armature: ArmatureObject, bones: Bones, mapping: Mapping, values: dict[str, float] | None = None) -> str:
     """Return why the closed form for plain skeletons does not hold for a rig, in words; "" where it does.
 
-    ``values`` are property values that will be set, by data path from the object.
-    """
+    ``values`` are property values that will be set, by data path from the object."""
     moved = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ())]
     marks = [tip for part in mapping.chains if (tip := mapping.tip(part))]
     rows = {bones.row(name) for name in (*moved, *marks)}

@@ -1,8 +1,7 @@
 """Finds out whether and how a character's pelvis may move above its planted feet.
 
 Plain legs at rest are solved. Legs that keep their feet in place by inverse kinematics, as in control rigs, only need
-their hips moved; a trial on a private copy shows whether that works.
-"""
+their hips moved; a trial on a private copy shows whether that works."""
 
 from collections.abc import Collection
 
@@ -36,8 +35,7 @@ def find_legs(
 ) -> tuple[Legs | None, str]:
     """Return the legs that may be solved so that feet stay planted, or None and a sentence saying why not.
 
-    ``free`` are the bones that may be turned, ``up`` (3,) is the character's up direction.
-    """
+    ``free`` are the bones that may be turned, ``up`` (3,) is the character's up direction."""
     pair = legs.find(bones, mapping, up)
     if pair is None:
         return None, "No two legs were found, so the weight does not shift."
@@ -62,8 +60,7 @@ def hip_locations(
 ) -> dict[str, np.ndarray]:
     """Return locations ``{bone: (frames, 3)}`` of the hips of a rig that keeps its feet in place itself; {} if it does not.
 
-    ``frame`` (3, 3) is the character's left, back and up; ``values`` are the property values that the rig will have.
-    """
+    ``frame`` (3, 3) is the character's left, back and up; ``values`` are the property values that the rig will have."""
     hips, up = mapping.hips, frame[2]
     if not hips or not _is_free_to_move(armature, hips) or armature.pose.bones[hips].constraints:
         return {}

@@ -1,4 +1,3 @@
 """Flow inference in numpy alone, for the shipped checkpoint in Blender and on the command line.
 
-Arrays are ``(..., frames, channels)`` float32 throughout, so that a convolution along time is one product of its windows.
-"""
+Arrays are ``(..., frames, channels)`` float32 throughout, so that a convolution along time is one product of its windows."""

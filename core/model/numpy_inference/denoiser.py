@@ -34,8 +34,7 @@ class TimeModulation(NamedTuple):
 class Buffers:
     """Buffers in which all velocities of a take are computed, and its pieces of tokens, the same for any number of threads.
 
-    ``hidden``: two with ``edge`` tokens of zeros at both ends; ``narrow`` and ``wide``: two temporary ones of each size.
-    """
+    ``hidden``: two with ``edge`` tokens of zeros at both ends; ``narrow`` and ``wide``: two temporary ones of each size."""
 
     def __init__(self, tokens: int, size: int, wide: int, edge: int):
         count = max(-(-tokens // _PIECE_TOKENS), 1)
@@ -85,8 +84,7 @@ class Denoiser:
     """Predicts velocities from noisy poses and conditions, in tokens of ``flow_patch`` frames.
 
     The first layer is linear in speech features and in the take's own channels, so all takes share the features' part.
-    ``own`` is the number of those channels: the style, and the poses where the denoiser is conditioned on them.
-    """
+    ``own`` is the number of those channels: the style, and the poses where the denoiser is conditioned on them."""
 
     def __init__(self, weights: Weights, config: ModelConfig, own: int):
         self.patch, self.own = config.flow_patch, own

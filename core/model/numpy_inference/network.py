@@ -31,8 +31,7 @@ def supports(config: ModelConfig) -> bool:
 class NumpyNetwork:
     """The network of a configuration with weight arrays by name; equals torch up to rounding.
 
-    Raises KeyError and ValueError if the arrays do not match the configuration.
-    """
+    Raises KeyError and ValueError if the arrays do not match the configuration."""
 
     shares = True
     """Whether several threads may call :meth:`draw` at once."""
@@ -81,8 +80,7 @@ class NumpyNetwork:
         """Return features ``(T, channels)`` of everything but style and requested strokes.
 
         ``mfcc`` ``(Ta, mfcc_features)``, ``words`` ``(T, word_size)``, ``seeds`` ``(T, noise_size + 1)``, ``prosody``
-        ``(T, prosody_features)``, all float32.
-        """
+        ``(T, prosody_features)``, all float32."""
         frames = len(seeds)
         features = [self._encode_given(seeds), self._encode_speech(mfcc, words, prosody, frames)]
         if self._asked:
@@ -132,8 +130,7 @@ class NumpyNetwork:
 
         ``style`` is ``(size,)`` or ``(T, size)``. ``seeds`` ``(T, noise_size + 1)``: mean-subtracted frames where given and
         zeros elsewhere, last channel 1 on given frames. ``begins()`` is called before each of the ``flow_steps`` for poses,
-        then for extras.
-        """
+        then for extras."""
         mask = seeds[:, -1:]
         given = (seeds[:, :-1] - self._centre) / self._scale
         own = np.broadcast_to(self._exaggerated(np.asarray(style, np.float32)), (len(seeds), self.config.style_size))

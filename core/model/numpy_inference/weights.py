@@ -16,8 +16,7 @@ _DTYPES = {"F16": "<f2", "F32": "<f4"}
 def read(path: str | PathLike) -> tuple[bytes, dict[str, np.ndarray]]:
     """Return the file's bytes, and its arrays by name as float32.
 
-    Raises OSError, and ValueError unless it is a complete file of half or single precision numbers.
-    """
+    Raises OSError, and ValueError unless it is a complete file of half or single precision numbers."""
     data = Path(path).read_bytes()
     length = int.from_bytes(data[:8], "little")
     if len(data) < 8 or length > min(MAX_HEADER_BYTES, len(data) - 8):

@@ -20,8 +20,7 @@ _AXES = {"X": 0, "Y": 1, "Z": 2}
 def read(path: str | PathLike) -> tuple[Posed, float]:
     """Return the skeleton in motion and its frames per second; raises :class:`CorpusUnreadable`.
 
-    Rotates the skeleton so that its rest pose has y up and faces z.
-    """
+    Rotates the skeleton so that its rest pose has y up and faces z."""
     path = Path(path)
     try:
         with open_file(path) as file:

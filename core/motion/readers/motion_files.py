@@ -18,8 +18,7 @@ def load(path: str | PathLike, paper_joints: bool = False, body: np.ndarray = sm
 
     Formats: BVH of any program, SMPL-X poses in ``.npz``, and what :meth:`Motion.save` wrote. BVH and SMPL-X give the nine
     directions alone. ``paper_joints``: see :func:`ten_joints.directions`; ``body``: SMPL-X rest offsets (22, 3), metres.
-    Raises :class:`CorpusUnreadable` or :class:`MotionUnreadable`.
-    """
+    Raises :class:`CorpusUnreadable` or :class:`MotionUnreadable`."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise CorpusUnreadable(f"{path} is no motion file.", "Use one of .npz, .bvh.")

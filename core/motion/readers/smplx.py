@@ -34,8 +34,7 @@ def read(path: str | PathLike, offsets: np.ndarray = OFFSETS) -> tuple[Posed, fl
     """Return the skeleton in motion and its frames per second.
 
     Reads ``poses`` (frames, 66 or more) and, where they are there, ``trans`` and ``mocap_frame_rate``.
-    Raises :class:`CorpusUnreadable`.
-    """
+    Raises :class:`CorpusUnreadable`."""
     path = Path(path)
     try:
         with npz.open_arrays(path, LARGEST) as data:

@@ -2,8 +2,7 @@
 
 The canonical pose is frontal, as in TED: the rotation of the hips (or shoulders) about the vertical is removed from every
 frame. A skeleton's head joint stands where head and neck meet, and it has no joints for TED's nose and crown. Both are placed
-by the rotations of neck and head, so that a head at rest has the directions of TED's mean (reference sections B.1 and D.5).
-"""
+by the rotations of neck and head, so that a head at rest has the directions of TED's mean (reference sections B.1 and D.5)."""
 
 import re
 from collections.abc import Sequence
@@ -78,8 +77,7 @@ def directions(posed: Posed, paper: bool = False, where: str = "The skeleton") -
     """Return unit directions ``(frames, 9, 3)`` float32 in the canonical frame.
 
     ``paper`` takes the ten joints of :data:`PAPER` instead, in that order, with corrected axes. ``where`` names the source in
-    errors. Raises :class:`CorpusUnreadable` where a joint is missing.
-    """
+    errors. Raises :class:`CorpusUnreadable` where a joint is missing."""
     missing = [role for role in (PAPER if paper else _NEEDED) if posed.row(role) < 0]
     if missing:
         message = f"{where} has no joint for {', '.join(missing).replace('_', ' ')}."
@@ -144,8 +142,7 @@ def _plain(name: str) -> str:
 def chain(offsets: np.ndarray, parents: Sequence[int], local: np.ndarray, root: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return forward kinematics: world positions ``(f, n, 3)`` and rotations ``(f, n, 3, 3)``.
 
-    ``offsets`` (n, 3) from the parent at rest, ``local`` (f, n, 3, 3), ``root`` (f, 3) positions of joint 0.
-    """
+    ``offsets`` (n, 3) from the parent at rest, ``local`` (f, n, 3, 3), ``root`` (f, 3) positions of joint 0."""
     positions, rotations = np.empty((len(local), len(parents), 3)), np.empty_like(local)
     for row, parent in enumerate(parents):
         if parent < 0:

@@ -2,8 +2,7 @@
 
 A rule looks at a :class:`body.Body` and yields corrections; :func:`refine` applies a list, an ablation is another one. Each is
 there because, taken away, faults come back that viewers send back (:mod:`talk_faults`). To add one, write a file here and put
-it into :data:`RULES`.
-"""
+it into :data:`RULES`."""
 
 from collections.abc import Iterator, Sequence
 
@@ -40,8 +39,7 @@ _LEAST = 1e-4
 def refine(directions: np.ndarray, kept: constraints.KeptFrames | None = None, rules: Sequence[Rule] = RULES) -> np.ndarray:
     """Apply ``rules`` to unit directions ``(frames, 9, 3)`` at 15 fps; what none of them corrects stays to the bit.
 
-    Frames that are ``kept`` are put in, and led to; rules set in beside them (:func:`constraints.freedom`).
-    """
+    Frames that are ``kept`` are put in, and led to; rules set in beside them (:func:`constraints.freedom`)."""
     result = np.array(directions, np.float32)
     free = constraints.freedom(len(result), () if kept is None else kept.frames)
     for rule in rules:

@@ -82,8 +82,7 @@ class Body:
 
 Rule = Callable[[Body, np.ndarray], Iterable[Correction]]
 """A correction of a performance: looks at a body, and at how far each frame may be changed ``(frames,)`` in 0..1, and yields
-what is to be changed.
-"""
+what is to be changed."""
 
 
 def dot(vectors: np.ndarray, *axes: np.ndarray) -> list[np.ndarray]:

@@ -33,8 +33,7 @@ def elbow_wings(body: Body, free: np.ndarray) -> Iterator[Correction]:
 
 def _lowering(elbow: np.ndarray, axis: np.ndarray, down: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Radians ``(frames,)`` about an ``axis`` by which elbows, seen from their shoulders, sink by the ``wanted`` metres, or as
-    far as they can.
-    """
+    far as they can."""
     aside, low = (vectors - dot(vectors, axis)[0][:, None] * axis for vectors in (elbow, down))
     x, y = dot(aside, low, np.cross(axis, low))
     now, steep = np.arctan2(y, x), np.linalg.norm(low, axis=-1)

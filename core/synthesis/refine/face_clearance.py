@@ -12,8 +12,7 @@ _PALM = 0.08
 """Metres from the wrist to the palm."""
 _WIDTH, _HEIGHT, _BEHIND = 0.14, 0.16, 0.05
 """Metres from the nose within which something hides the face: aside, up or down, and behind it. A face (:mod:`talk_faults`),
-and four centimetres as the nose moves with a head that nods and turns.
-"""
+and four centimetres as the nose moves with a head that nods and turns."""
 _PAST = 0.35
 """Metres past the nose within which a palm must come back to its own side: its forearm, so long, still hides the face."""
 _CLEAR = 0.2

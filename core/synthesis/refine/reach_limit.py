@@ -1,7 +1,6 @@
 """Limits how far wrists reach across the chest and out to the side or behind: people who talk hardly reach farther.
 
-Low hands may fold, cross and hang.
-"""
+Low hands may fold, cross and hang."""
 
 from collections.abc import Iterator
 
@@ -11,8 +10,7 @@ from .body import Body, Correction, bounded, dot
 
 _ACROSS, _ASIDE = 0.1, 0.45
 """Metres of a wrist beyond the body's middle, and away from its own shoulder, which none passes; six and ten more than 98 % of
-captured frames, and what viewers send back (:mod:`talk_faults`).
-"""
+captured frames, and what viewers send back (:mod:`talk_faults`)."""
 _SOFT = 0.15
 """Radians before its limit at which an arm begins to be held back: 0.06 m of a wrist before the body: as those 98 % are."""
 _HOLDS, _ENDS = 0.3, 0.45

@@ -10,12 +10,10 @@ from .body import Body, Correction
 
 _WRIST, _TURN = 2.7, np.radians(360.0)
 """Metres a second of a wrist, and radians a second of its upper arm or forearm: captured talk passes neither, in 148 s it has
-2.67 and 340 degrees at most.
-"""
+2.67 and 340 degrees at most."""
 _WIDTHS = np.array([0.0, 0.05, 0.075, 0.1, 0.14, 0.2, 0.3])
 """Standard deviations in seconds of smoothings, of which the lightest that is slow enough is taken: from one that takes a sixth
-off a quick beat (2 Hz) to one that leaves nothing of it.
-"""
+off a quick beat (2 Hz) to one that leaves nothing of it."""
 _AROUND, _EASE = 4, 0.1
 """Frames to each side that are smoothed as much, and seconds over which smoothing sets in: of a bell, 0.53 s long, all."""
 

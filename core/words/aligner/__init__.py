@@ -14,5 +14,4 @@ of JSON and then ``samples`` little-endian int16 samples at 16 kHz::
 
 Standard output is JSON lines, ``{"progress": 0..1}`` and last ``{"spans": [[start, end, confidence, phones] or null, ...]}``,
 one for every word of every stretch; phones are ``[name, start, end]``. A word in capitals that is in no dictionary is spelt
-out. Sound is read when needed and discarded afterwards, so memory does not grow with the recording.
-"""
+out. Sound is read when needed and discarded afterwards, so memory does not grow with the recording."""

@@ -2,8 +2,7 @@
 
 The model is phonetically tied: there is a Gaussian codebook for every base phone and each of three streams (cepstra, their
 slopes, and the slopes of those), and every senone (a state of a triphone) has weights of the Gaussians of its codebook.
-:mod:`packed_model` reads the shipped model, :mod:`sphinx_model` Sphinx's own files.
-"""
+:mod:`packed_model` reads the shipped model, :mod:`sphinx_model` Sphinx's own files."""
 
 from functools import lru_cache
 from typing import Any, NamedTuple, cast
@@ -64,8 +63,7 @@ class AcousticModel:
     def triphone(self, phone: int, left: int, right: int, place: int) -> tuple[int, int, int]:
         """Return the senones of a phone between two others, at a ``place`` in the word.
 
-        A triphone that the model lacks is replaced by that of another place, else by the context-independent phone.
-        """
+        A triphone that the model lacks is replaced by that of another place, else by the context-independent phone."""
         for position in (place, INSIDE, BEGINS, ENDS, WHOLE):
             key = _key(position, phone, left, right)
             at = int(np.searchsorted(self._keys, key))

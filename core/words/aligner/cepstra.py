@@ -1,8 +1,7 @@
 """Computes Sphinx's features: 13 noise-reduced mel cepstra with mean subtraction, their slopes, and the slopes of those.
 
 Settings are those of the ``en-us`` model's ``feat.params``: 25 mel filters from 130 to 6800 Hz, DCT-II, lifter 22, noise
-removal, subtraction of the mean of the piece; Hamming windows of 410 samples every 160, pre-emphasis 0.97.
-"""
+removal, subtraction of the mean of the piece; Hamming windows of 410 samples every 160, pre-emphasis 0.97."""
 
 from functools import lru_cache
 

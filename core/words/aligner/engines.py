@@ -1,8 +1,7 @@
 """Chooses the alignment engine: numpy, or pocketsphinx if it is installed and either requested or better.
 
 Pocketsphinx is better in other languages if the text has sentences that are not spoken: the numpy search loses more words
-after such a sentence.
-"""
+after such a sentence."""
 
 import contextlib
 import os
@@ -38,8 +37,7 @@ def preload() -> None:
 def create_engine(vocabulary: set[str], folder: str, model: dict | None = None) -> "NumpyEngine | SphinxEngine":
     """Create an engine for these words; ``folder`` is for temporary files, ``model`` another language (:mod:`..language`).
 
-    Raises :class:`UnreadableModel` for an acoustic model that needs pocketsphinx if that is not installed.
-    """
+    Raises :class:`UnreadableModel` for an acoustic model that needs pocketsphinx if that is not installed."""
     lexicon, acoustic = Lexicon(vocabulary, model), (model or {}).get("acoustic")
     if not engine_name(model):
         try:

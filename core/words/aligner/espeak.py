@@ -2,8 +2,7 @@
 
 The package ``espeakng-loader`` (extra ``languages``) provides eSpeak NG as a library, with rules for over a hundred languages
 that cover numbers and signs, too. A sound that English lacks becomes the phone nearest in place and manner of articulation; if
-two are equally near, both are alternatives and the search takes the one that fits the speaker.
-"""
+two are equally near, both are alternatives and the search takes the one that fits the speaker."""
 
 import ctypes
 import os
@@ -37,8 +36,7 @@ _PURPOSE, _UTF8, _IPA, _KEEP_ALIVE = 2, 1, 0x02, 0x8000
 def ipa_to_cmu(ipa: str) -> list[str]:
     """Convert a word in IPA, its sounds separated by ``_`` or spaces, to pronunciations in CMU phones.
 
-    The most likely comes first, then those in which one sound has another alternative.
-    """
+    The most likely comes first, then those in which one sound has another alternative."""
     sounds = [choices for piece in re.split(r"[_\s]+", _SWITCH.sub("", ipa)) for choices in _sounds(piece)]
     variants = [[choices[0] for choices in sounds]]
     for place, choices in enumerate(sounds):

@@ -1,8 +1,7 @@
 """Builds the search graph: all ways to speak the words one after the other, as a graph of triphones.
 
 Between two words there may be silence, noise or nothing; without a gap, the phones at the border take each other as context.
-A word may have several pronunciations.
-"""
+A word may have several pronunciations."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -25,8 +24,7 @@ class Graph(NamedTuple):
 
     Per node: ``senones`` ``(nodes, 3)``, ``phone`` (number in the model), ``word`` (number, or :data:`GAP`), whether a path
     ``begins`` or ``ends`` there, and whether it ``closes`` a word before a gap. Per arc, sorted by the target node ``to``:
-    ``source`` (a node, or -1 for the end of any word, where jumps are allowed) and ``cost`` (a log probability).
-    """
+    ``source`` (a node, or -1 for the end of any word, where jumps are allowed) and ``cost`` (a log probability)."""
 
     senones: np.ndarray
     phone: np.ndarray
@@ -74,8 +72,7 @@ class _Builder:
     ) -> tuple[dict[tuple[int, int], list[int]], dict[tuple[int, int], list[int]]]:
         """Add a word with its pronunciations between possible neighbours ``lefts`` and ``rights`` (phones).
 
-        Returns its first nodes by ``(phone, left)`` and its last nodes by ``(phone, right)``.
-        """
+        Returns its first nodes by ``(phone, left)`` and its last nodes by ``(phone, right)``."""
         first: dict[tuple[int, int], list[int]] = {}
         last: dict[tuple[int, int], list[int]] = {}
         senones = self.model.triphone
@@ -108,8 +105,7 @@ def build_graph(
     """Build the graph of words in this order, each with its pronunciations.
 
     With ``open_end`` any word may be the last. With ``jump`` (a log probability) any word may also follow any other one, and be
-    the first or the last.
-    """
+    the first or the last."""
     builder, silence = _Builder(model), model.silence
     gap = builder.gap([])
     begins, ends, closes, before = [*gap], [], [], {}

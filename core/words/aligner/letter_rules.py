@@ -27,8 +27,7 @@ def guess_phones(word: str, letters: dict[str, str] | None = None) -> str:
     """Guess the CMU phones of a word from its spelling; "" for a word without Latin letters.
 
     Words in capitals and words without vowels are spelt out. ``letters`` replaces the English rules by those of another
-    language: from lower-case letters to phones (which may be ""); the longest match wins and unknown letters are skipped.
-    """
+    language: from lower-case letters to phones (which may be ""); the longest match wins and unknown letters are skipped."""
     if letters is not None:
         return _by_rules("".join(char for char in unicodedata.normalize("NFC", word.lower()) if char.isalpha()), letters)
     plain = [char for char in unicodedata.normalize("NFKD", word.lower()) if "a" <= char <= "z"]

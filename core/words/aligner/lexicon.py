@@ -18,8 +18,7 @@ class Lexicon:
     """Pronunciations, phones separated by spaces, of the words in a ``vocabulary``; other words are not looked up.
 
     English words come from :mod:`packed_model`. A ``model`` of another language (:mod:`..language`) has its own dictionary,
-    voice of eSpeak NG and letter rules, and uses no English words.
-    """
+    voice of eSpeak NG and letter rules, and uses no English words."""
 
     def __init__(self, vocabulary: set[str], model: dict | None = None):
         self._model = model or {}

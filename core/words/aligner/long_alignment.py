@@ -7,8 +7,7 @@ the next, from the last pause that is safely inside.
 A search always finds some path, so each run of eight words must score like speech. If one does not, text and sound diverge:
 the words before it are kept, and the sound from there on is recognised, piece by piece, with the text ahead as the only
 grammar, until it agrees with a place in the text. Alignment continues there; skipped words are tried in the sound between and
-stay without times if they do not fit.
-"""
+stay without times if they do not fit."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -39,8 +38,7 @@ _MAX_BRIDGE_SECONDS = 60.0
 class LongAligner:
     """Aligns a text between two times in seconds; :attr:`listing` holds ``(start, end, confidence, phones)`` or None per word.
 
-    ``tell`` is called with the time reached so far.
-    """
+    ``tell`` is called with the time reached so far."""
 
     def __init__(
         self,
@@ -147,8 +145,7 @@ def choose_cut(time: float, end: float, pauses: Sequence[tuple[float, float]], l
 def find_agreement(heard: list[tuple[str, float]], words: list[str]) -> tuple[int, float, float] | None:
     """Find where recognised ``heard`` ``(word, time)`` agree with the text ``words``.
 
-    Returns the number of the first word, its time, and the time where the agreement ends, or None.
-    """
+    Returns the number of the first word, its time, and the time where the agreement ends, or None."""
     places: dict[tuple[str, str], list[int]] = {}
     for place, pair in enumerate(zip(words, words[1:], strict=False)):
         places.setdefault(pair, []).append(place)

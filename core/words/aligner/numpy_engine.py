@@ -52,8 +52,7 @@ class NumpyEngine:
     def chain(self, sound: np.ndarray, words: list[str], open_end: bool, wide: bool) -> list[tuple] | None:
         """Return ``(start, end, summed score, phones)`` of all words, or with ``open_end`` of the first few; times in seconds.
 
-        Phones are ``(name, start, end)``. None if there is no path. ``wide`` has no effect.
-        """
+        Phones are ``(name, start, end)``. None if there is no path. ``wide`` has no effect."""
         path = self._path(sound, words, open_end=open_end)
         if not path or not (open_end or len(path) == len(words)):
             return None

@@ -1,8 +1,7 @@
 """Reads the shipped English acoustic model and dictionary, which :mod:`pack` has written.
 
 Senones, weights and triphones are exact; means and the logarithms of variances have half precision, which changes a senone's
-score by 0.01 on average (successive frames differ by five). assets/NOTICE.txt names the authors.
-"""
+score by 0.01 on average (successive frames differ by five). assets/NOTICE.txt names the authors."""
 
 from pathlib import Path
 
@@ -64,8 +63,7 @@ def _base(word: str) -> str:
 def phone_pairs(path: Path = ENGLISH) -> tuple[list[str], np.ndarray]:
     """Return the names of phones and counts ``(names + 1, names + 1)`` of pairs in the words of the dictionary.
 
-    An entry counts how often the phone of its column precedes that of its row; the last row and column are word borders.
-    """
+    An entry counts how often the phone of its column precedes that of its row; the last row and column are word borders."""
     with npz.open_arrays(path) as data:
         names, lengths, phones = _text(data["sounds"]).split(), data["lengths"].astype(int), data["said"].astype(int)
     border = len(names)

@@ -44,8 +44,7 @@ class Searcher:
     def chain(self, start: float, end: float, words: list[str], open_end: bool = False) -> Piece | None:
         """Align all words between two times in seconds, or with ``open_end`` the first few of them; None without a path.
 
-        Until one attempt has worked on this recording several are made, and the best one counts.
-        """
+        Until one attempt has worked on this recording several are made, and the best one counts."""
         if self.sound.count(start, end) < RATE // 10 or not words:
             return None
         every = self._engine.attempts

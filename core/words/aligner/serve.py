@@ -43,8 +43,7 @@ def _send(**message: Any) -> None:
 def _place(searcher: Searcher, stretch: dict, report: Callable[[float], object]) -> list[tuple | None]:
     """Align a stretch; the span of a word reaches from its first spoken part that was found to its last.
 
-    ``report`` is called with the time reached so far.
-    """
+    ``report`` is called with the time reached so far."""
     pronounceable = searcher.learn({part for parts in stretch["words"] for part in parts})
     owners = [(owner, part) for owner, parts in enumerate(stretch["words"]) for part in parts if part in pronounceable]
     words = [part for _, part in owners]

@@ -66,8 +66,7 @@ def preprocess(sound: np.ndarray, treatment: str, pauses: Sequence[tuple[float, 
 def denoise(sound: np.ndarray, pauses: Sequence[tuple[float, float]]) -> np.ndarray:
     """Apply a Wiener filter against the mean spectrum of the pauses (in seconds); return ``(n,)`` float.
 
-    The sound is returned unchanged if the pauses are too short.
-    """
+    The sound is returned unchanged if the pauses are too short."""
     hop = _WINDOW // 4
     padded = np.pad(sound.astype(np.float32), (_WINDOW, _WINDOW + -len(sound) % hop))
     window = np.sqrt(np.hanning(_WINDOW + 1)[:-1]).astype(np.float32)

@@ -30,8 +30,7 @@ class Parts(NamedTuple):
     ``alone`` and ``matrix`` ``(phones,)``: the sequence of the context-independent phone, and the number of its matrix of
     ``transitions`` ``(m, 3, 4)``. ``triphones`` ``(t, 4)`` uint8: position in the word, phone, left and right neighbour, in
     ascending order, and ``found`` ``(t,)`` their sequences. ``means`` and ``variances`` ``(phones, 3, gaussians, 13)`` of three
-    streams; ``weights`` ``(3, gaussians, senones)`` uint8, log probabilities in steps of minus :data:`acoustic.STEP`.
-    """
+    streams; ``weights`` ``(3, gaussians, senones)`` uint8, log probabilities in steps of minus :data:`acoustic.STEP`."""
 
     phones: list[str]
     silence: int

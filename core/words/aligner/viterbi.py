@@ -24,8 +24,7 @@ class PathWord(NamedTuple):
 def best_path(model: AcousticModel, graph: Graph, heard: BestGaussians, background: np.ndarray) -> list[PathWord]:
     """Return the words of the best path; the search is exact, without beams. Empty if the sound is too short for any path.
 
-    ``background`` ``(frames,)`` is subtracted from all scores.
-    """
+    ``background`` ``(frames,)`` is subtracted from all scores."""
     senones = model.together(np.unique(graph.senones))
     place = np.empty(senones.max() + 1, int)
     place[senones] = np.arange(len(senones))
@@ -39,8 +38,7 @@ class _Walk:
 
     ``order`` ``(phones,)`` are the graph's numbers of the sorted phones. The best of the arcs into a phone is found in rounds:
     its second arc against its first, its third against the better of both. ``last`` is the phone where the best path ends,
-    None without a path.
-    """
+    None without a path."""
 
     def __init__(self, model: AcousticModel, graph: Graph, scores: np.ndarray, place: np.ndarray):
         self.frames, self.scores, self._phones = len(scores), scores, len(graph.phone)

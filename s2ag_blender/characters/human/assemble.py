@@ -40,8 +40,7 @@ def build(rig_name: str = "default", gender: str = "female", collection: bpy.typ
     """Build the human into a new collection of the current scene.
 
     ``rig_name`` is one of :data:`data.RIGS`, ``gender`` one of :data:`data.GENDERS`. Raises :class:`RigUnusable` for an
-    unknown rig or damaged body data.
-    """
+    unknown rig or damaged body data."""
     bones, weights = data.weights(rig_name)
     points = data.person(gender)
     if collection is None:

@@ -1,7 +1,6 @@
 """Cuts clothes from the base mesh's body for clothes (``helper-tights``): a jumper, trousers and shoes.
 
-The skin below is left out, so it cannot show through a sleeve in any pose.
-"""
+The skin below is left out, so it cannot show through a sleeve in any pose."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -120,8 +119,7 @@ def _profile(length: float, swell: float, gather: float) -> list[tuple[float, fl
     """Return a rib's profile for :func:`skinned_surface.trim`: smooth at the cloth, out by ``swell``, along by ``length``
     metres.
 
-    It gathers by ``gather`` towards the end and folds back inside, so that it looks thick.
-    """
+    It gathers by ``gather`` towards the end and folds back inside, so that it looks thick."""
     end = swell + gather
     return [
         (0.002, 0.0),

@@ -1,7 +1,6 @@
 """Reads the human's body data: two persons, faces, masks and skin weights from ``body.npz``, bones from ``rigs.json``.
 
-Both files are made by :mod:`pack` from CC0 data of MakeHuman.
-"""
+Both files are made by :mod:`pack` from CC0 data of MakeHuman."""
 
 import functools
 import json
@@ -28,8 +27,7 @@ class BaseMesh:
     """MakeHuman's hm08 base mesh: a body, clothes around it and small cubes that mark joints.
 
     ``count`` points; ``faces`` maps each surface's name to its quads (n, 4), ``joints`` each joint's name to the points of
-    its cube, ``masks`` the names of painted masks to their values (n, 4) in 0..1 at the corners of the body's quads.
-    """
+    its cube, ``masks`` the names of painted masks to their values (n, 4) in 0..1 at the corners of the body's quads."""
 
     count: int
     faces: dict[str, np.ndarray]
@@ -54,8 +52,7 @@ def base_mesh() -> BaseMesh:
 def person(gender: str) -> np.ndarray:
     """Return points (19158, 3) float64 of a young adult: metres, z up, facing -y, soles at z = 0.
 
-    Raises :class:`UsageError` for a gender other than ``female`` or ``male``.
-    """
+    Raises :class:`UsageError` for a gender other than ``female`` or ``male``."""
     if gender not in GENDERS:
         raise UsageError(f"The human cannot be {gender}.", f"Choose one of: {', '.join(GENDERS)}.")
     return decode_rows(_kept()[f"points {gender}"], 3) * STEP + LOW
@@ -66,8 +63,7 @@ def rig(name: str) -> dict[str, dict]:
 
     Each has ``parent``, ``head`` and ``tail`` (a joint's name, or points to average), ``roll``, ``connect`` and ``inherit``.
 
-    ``rigify`` is the skeleton of Rigify's metarig without its controls.
-    """
+    ``rigify`` is the skeleton of Rigify's metarig without its controls."""
     if name not in RIGS:
         raise RigUnusable(f"The human has no rig called {name}.", f"Choose one of: {', '.join(RIGS)}.")
     return _bones()["rigs"][name]["bones"]

@@ -36,8 +36,7 @@ def surface(name: str) -> np.ndarray:
 def align_teeth(points: np.ndarray) -> np.ndarray:
     """Return ``points`` (n, 3) of a person with teeth and tongue moved so that edges meet at the line between the lips.
 
-    In the base mesh they overlap, intersect the lower lip and stick out at the corners of a closed mouth.
-    """
+    In the base mesh they overlap, intersect the lower lip and stick out at the corners of a closed mouth."""
     moved = points.copy()
     for name, drop, back, narrow in zip(SURFACES, _LOWER, _SET_BACK, _SCALE_WIDTH, strict=True):
         rows = np.unique(surface(name))

@@ -82,8 +82,7 @@ def cap(
     """Build a shell from the hairline to the ``crown`` (direction (3,) from the skull's centre), combed towards it.
 
     ``thickness(directions (..., 3), along (...))`` returns metres above the skin; ``along`` is 1 at the hairline and 0 at
-    the crown. ``weights`` (bones,) are those of the head.
-    """
+    the crown. ``weights`` (bones,) are those of the head."""
     pole, side, up = _frame(crown)
     line = head.hairline() - head.centre
     line = np.concatenate([line, line[-2:0:-1] * [-1, 1, 1]])

@@ -1,7 +1,6 @@
 """Paints teeth on the two arches of the base mesh, which are plain bands: crowns, gaps between them, gums.
 
-An arch is approximated by half an ellipse. Crowns get darker towards the back, where light through the lips does not reach.
-"""
+An arch is approximated by half an ellipse. Crowns get darker towards the back, where light through the lips does not reach."""
 
 import numpy as np
 

@@ -52,8 +52,7 @@ class Canvas:
     def uvs(self, faces: np.ndarray, nails: np.ndarray) -> np.ndarray:
         """Return texture coordinates (m, 4, 2) for skin quads: the head on the unrolled image, everything else on the ramp.
 
-        ``nails`` (m, 4) is a mask of finger nails at the corners.
-        """
+        ``nails`` (m, 4) is a mask of finger nails at the corners."""
         points = self.head.points[faces]
         turn = self.azimuth(points) / (2 * np.pi)
         behind = turn.max(1, keepdims=True) - turn.min(1, keepdims=True) > 0.5
@@ -67,8 +66,7 @@ class Canvas:
     def paint(self, palette: Palette, lips: np.ndarray, lids: np.ndarray, brow: float) -> np.ndarray:
         """Return the skin image (HEIGHT, WIDTH, 3).
 
-        ``lips`` and ``lids`` are masks at the corners of the body's quads, ``brow`` the thickness of the eyebrows in metres.
-        """
+        ``lips`` and ``lids`` are masks at the corners of the body's quads, ``brow`` the thickness of the eyebrows in metres."""
         rng = np.random.default_rng(7)
         z = self.low + (np.arange(HEIGHT)[:, None] - _RAMP) / (HEIGHT - _RAMP) * self.span
         turn = (np.arange(WIDTH)[None] + 0.5) / WIDTH * 2 * np.pi - np.pi
