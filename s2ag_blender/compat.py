@@ -41,8 +41,7 @@ def _selectable(armature: ArmatureObject) -> Any:
 def new_action(name: str, datablock: bpy.types.ID) -> tuple[bpy.types.Action, Slot | None, Bag]:
     """Create an action for ``datablock``; return ``(action, slot or None, bag)``, the bag holding its F-curves and groups.
 
-    Since 4.4 an action has slots, layers and a channel bag for each slot; before, the action itself is the bag.
-    """
+    Since 4.4 an action has slots, layers and a channel bag for each slot; before, the action itself is the bag."""
     action = bpy.data.actions.new(name)
     if not hasattr(action, "slots"):
         action.id_root = "OBJECT"
@@ -55,8 +54,7 @@ def new_action(name: str, datablock: bpy.types.ID) -> tuple[bpy.types.Action, Sl
 def copy_action(action: bpy.types.Action, slot: Slot | None, name: str) -> tuple[bpy.types.Action, Slot | None, Bag]:
     """Copy an action under a new name; return ``(action, slot or None, bag)`` like :func:`new_action`.
 
-    The copy uses the slot with the identifier of ``slot``, or a new slot where there is none.
-    """
+    The copy uses the slot with the identifier of ``slot``, or a new slot where there is none."""
     copy = action.copy()
     copy.name = name
     copy.asset_clear()
@@ -72,8 +70,7 @@ def copy_action(action: bpy.types.Action, slot: Slot | None, name: str) -> tuple
 def key_bag(action: bpy.types.Action, key: bpy.types.Key) -> tuple[bpy.types.Action, Slot | None, Bag]:
     """Return ``(action, slot or None, bag)`` for the F-curves of a mesh's shape keys that belong to a body's ``action``.
 
-    With slots it is the same action with one more slot, before 4.4 a new action.
-    """
+    With slots it is the same action with one more slot, before 4.4 a new action."""
     if not hasattr(action, "slots"):
         own = bpy.data.actions.new(action.name)
         own.id_root = "KEY"
@@ -168,8 +165,7 @@ def mixdown(scene: bpy.types.Scene, path: str | Path, bits: Literal["S16", "S32"
     """Write the sound of a scene's sequencer as a WAV of the sample format ``bits``; the file is complete on return.
 
     With a window, Blender 5.2 writes in the background and this waits for it. Raises :class:`RuntimeError` if nothing
-    is written.
-    """
+    is written."""
     with bpy.context.temp_override(scene=scene):
         bpy.ops.sound.mixdown(filepath=str(path), container="WAV", codec="PCM", format=bits, check_existing=False)
     size, since = -1, time.monotonic()
@@ -268,8 +264,7 @@ def plain_path(path: str | Path) -> str:
 def stored(datablock: bpy.types.ID | bpy.types.Bone, name: str) -> Any:
     """Return an add-on's data on a datablock or bone: its registered property group, else their raw data, else None.
 
-    Since 5.0 registered properties are stored apart from custom properties, hidden where the add-on is not installed.
-    """
+    Since 5.0 registered properties are stored apart from custom properties, hidden where the add-on is not installed."""
     if (registered := getattr(datablock, name, None)) is not None:
         return registered
     if name in datablock:

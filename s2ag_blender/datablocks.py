@@ -1,8 +1,7 @@
 """Names for Blender's datablocks by what they hold, for annotations; at run time they are the plain types.
 
 Blender's stubs give an object's data as one of fifteen types and every pointer as optional. A parameter of these types says
-what a function needs. ``s2ag`` is the group of properties that ``ui.properties`` registers.
-"""
+what a function needs. ``s2ag`` is the group of properties that ``ui.properties`` registers."""
 
 from typing import TYPE_CHECKING, Any, TypeGuard, cast
 

@@ -1,8 +1,7 @@
 """Runs a job inside Blender as a child process: one JSON file describes the job, JSON lines on stdout report on it.
 
 Events: ``progress`` (stage, value 0..1), then one ``result`` or ``error`` (kind, message, remedy). The exit status is 0, or
-2 after an error.
-"""
+2 after an error."""
 
 import contextlib
 import json
@@ -47,8 +46,7 @@ class EventWriter:
 def run(arguments: list[str], work: Callable[[str, EventWriter], dict], what: str = "job") -> int:
     """Call ``work(path, voice)`` with the only argument as the path of a job file; write its result or error as an event.
 
-    ``what`` names the kind of job in error sentences. Returns the exit status.
-    """
+    ``what`` names the kind of job in error sentences. Returns the exit status."""
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _end)
     exit_with_parent()

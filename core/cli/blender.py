@@ -26,8 +26,7 @@ LAST_WORDS = 30
 def command(module: str, *arguments: str) -> list[str]:
     """Return the command that runs a module of s2ag_blender in ``$S2AG_BLENDER``, the package bpy, or ``blender`` of the path.
 
-    Raises :class:`BlenderUnavailable` if there is none of them.
-    """
+    Raises :class:`BlenderUnavailable` if there is none of them."""
     named = os.environ.get("S2AG_BLENDER", "")
     if named and not shutil.which(named):
         raise BlenderUnavailable(f"S2AG_BLENDER names {named}, which cannot be run.", "Let it name Blender's executable.")
@@ -49,8 +48,7 @@ def run(module: str, *arguments: str, progress: Callable[[str, float], None] = l
     The first of ``arguments`` is the path of the job; its folder is deleted with this process if it is a temporary one.
     ``progress(stage, value)`` is called with its progress. ``talk`` says which of Blender's other output is printed: ``all``,
     the ``last`` lines if it crashes, or ``none``. Raises the error that the module reports, or :class:`BlenderUnavailable` if
-    Blender crashes.
-    """
+    Blender crashes."""
     last_event: dict = {}
     output: deque[str] = deque(maxlen=LAST_WORDS)
     with tempfile.TemporaryFile() as log:

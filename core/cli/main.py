@@ -1,7 +1,6 @@
 """The command ``s2ag``: the only place that turns errors into a sentence and an exit status.
 
-Imports the package only within :func:`main`, so that Ctrl-C is handled during imports, too.
-"""
+Imports the package only within :func:`main`, so that Ctrl-C is handled during imports, too."""
 
 import sys
 

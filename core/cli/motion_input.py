@@ -25,8 +25,7 @@ def is_motion(path: Path | None) -> bool:
 def read(options: argparse.Namespace) -> "Motion":
     """Return the motion that the options name in place of a recording.
 
-    Raises :class:`UsageError` if they also contain settings of synthesis, and the errors of reading.
-    """
+    Raises :class:`UsageError` if they also contain settings of synthesis, and the errors of reading."""
     from ..motion.readers import motion_files
 
     parser = argparse.ArgumentParser()

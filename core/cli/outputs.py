@@ -35,8 +35,7 @@ def plan_files(
     """Return the files of each take of a request, or of one motion without a request; check suffixes, folders, duplicates, and
     that no input is overwritten.
 
-    Raises :class:`UsageError` or :class:`OutputUnwritable`.
-    """
+    Raises :class:`UsageError` or :class:`OutputUnwritable`."""
     for path in outputs:
         if path.suffix.lower() not in suffixes:
             raise UsageError(f"{path} has no suffix that can be written here.", f"Use one of {', '.join(suffixes)}.")

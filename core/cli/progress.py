@@ -23,8 +23,7 @@ def note(sentence: str) -> None:
 class Progress:
     """A progress bar, called with a stage and its value 0..1; silent unless stderr is a terminal.
 
-    Ignores values that do not increase within a stage. Use as a context manager, which erases the bar at its end.
-    """
+    Ignores values that do not increase within a stage. Use as a context manager, which erases the bar at its end."""
 
     def __init__(self) -> None:
         self._shown, self._stage, self._percent, self._began = False, "", 0, 0.0

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 def add_options(parser: argparse.ArgumentParser, chosen: bool = True, **defaults: object) -> None:
     """Add the recording and the options of a request, with these ``defaults`` instead of the usual ones; ``chosen`` adds the
-    option that names a cell of a sample.
-    """
+    option that names a cell of a sample."""
     parser.add_argument("audio", metavar="AUDIO", type=Path, nargs="?", help="recording: any audio or video file")
     if chosen:
         what = "a cell of s2ag sample, SHEET.json:5: its recording, style, seed and settings"

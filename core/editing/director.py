@@ -3,8 +3,7 @@ feeling come first, whenever they were decided, so that all others stand in them
 
 Frames outside the spans of an edit stay equal to the bit. Inside, the generator leads from the poses before to those after,
 and through the core of the requested gesture; the best of several seeds is used, judged by the time, hand and size of the
-stroke and by how sudden the joins are.
-"""
+stroke and by how sudden the joins are."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -38,8 +37,7 @@ _MAX_TAKES = 4
 class Director:
     """Edits takes of a session.
 
-    It caches the states of the last few takes after each of their edits, so that a further edit costs only itself.
-    """
+    It caches the states of the last few takes after each of their edits, so that a further edit costs only itself."""
 
     def __init__(self, session: Session):
         session.remember()
@@ -59,8 +57,7 @@ class Director:
         The same request, edits and checkpoint give the same motion. Of the first ``forgiven`` edits, and of those before a
         later change of style or feeling, those that cannot be applied are passed over with a warning; their numbers, from 0,
         are ``meta["unmet"]``. Raises what :meth:`Session.synthesize` raises, and :class:`UsageError` for other edits that
-        cannot be applied, and if the request is for several takes.
-        """
+        cannot be applied, and if the request is for several takes."""
         if (count := len(request.identities)) != 1:
             raise UsageError(f"{count} takes cannot be directed at once.", "Ask for the one that the edits are about.")
         edits, key = check(edits), _key(request)
@@ -91,8 +88,7 @@ class Director:
         Earlier edits, known from its provenance, are kept; where a change of style or feeling performs their moments anew, they
         are done again. ``words`` are as in
         :func:`provenance.request_from_meta`. Raises :class:`UsageError` for edits that cannot be applied, and where recording
-        or weights are not those of the take.
-        """
+        or weights are not those of the take."""
         request, stages = request_from_meta(motion.meta, audio, **words), Stages(progress, lambda: False)
         if motion.meta.get("checkpoint") != self.session.checkpoint.hash:
             remedy = "Name those with --checkpoint."
@@ -122,8 +118,7 @@ class Director:
         forgiven: int = 0,
     ) -> list[tuple[str, State]]:
         """Return the states after each edit of ``order``, numbers of ``edits``, each with its edit as text; ``cached`` ones of
-        the same first edits are reused.
-        """
+        the same first edits are reused."""
         same = 0
         texts = [f"{number} {json.dumps(edits[number], sort_keys=True)}" for number in order]
         may_fail = [number < forgiven or before_turn(edits, number) for number in order]
@@ -142,8 +137,7 @@ class Director:
 
 def _documented(motion: Motion, edits: list[dict], order: Sequence[int], before: Mapping = MappingProxyType({})) -> Motion:
     """Return a motion whose provenance has the edits, what they touched and which could not be done as the document numbers
-    them; they were done in ``order``, on a take with the provenance ``before``.
-    """
+    them; they were done in ``order``, on a take with the provenance ``before``."""
     if not edits:
         return motion
     old = list(before.get("touched", []))
@@ -171,8 +165,7 @@ def perform(
     session: Session, request: Request, documents: Any, progress: Callable[[str, float], None] = lambda stage, value: None
 ) -> Result:
     """Synthesise a request and apply the ``documents`` to it, anything that names them as :class:`settings.Documents` does: the
-    options of a command, a row of a manifest.
-    """
+    options of a command, a row of a manifest."""
     edits, cues = edits_of(documents), getattr(documents, "rhubarb", None)
     result = session.synthesize(request, progress) if edits is None else Director(session).direct(request, edits, progress)
     return result if cues is None else replace(result, motions=rhubarb.with_cues(result.motions, cues))

@@ -30,8 +30,7 @@ _LEAD_SECONDS = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
 def apply_edit(filler: Regenerator, state: State, edit: dict, number: int, forgiven: bool = False) -> State:
     """Apply one more edit, the ``number``-th, unless it is switched off.
 
-    Raises :class:`UsageError` if it cannot be applied; if that is ``forgiven``, it is passed over with a warning.
-    """
+    Raises :class:`UsageError` if it cannot be applied; if that is ``forgiven``, it is passed over with a warning."""
     if edit.get(OFF):
         return _noted(state, state, edit)
     filler = filler if edit["do"] in TURNS else filler.turned(state.changes, state.feelings)
@@ -81,8 +80,7 @@ def _changed_seconds(before: Motion, after: Motion) -> list[list[float]]:
 def _gesture(state: State, at: float, apart: float, to: float | None = None) -> tuple[Gesture, list[Gesture]]:
     """Return the gesture at a time, and the others that stay: those at least ``apart`` seconds from its new time ``to``.
 
-    Raises :class:`UsageError` if there is no gesture at that time.
-    """
+    Raises :class:`UsageError` if there is no gesture at that time."""
     detected = gestures.find_gestures(state.motion)
     gesture = gestures.nearest_of(detected, at)
     if gesture is None:
@@ -165,8 +163,7 @@ def _place_core(
     """Place a core at ``at`` seconds, mirrored to another hand and scaled if need be; return the state and its miss.
 
     ``hands`` are the hand that made it and the requested one, ``sizes`` its metres and the factor on them, ``others`` the
-    gestures that stay; head and trunk move along if ``whole`` is set.
-    """
+    gestures that stay; head and trunk move along if ``whole`` is set."""
     frames = len(state.motion.directions)
     span = frame_ranges.range_around(others, core.first, core.last, frames)
     ends = state.motion.directions[[max(span[0] - 1, 0), min(span[1], frames - 1)]]

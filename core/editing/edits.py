@@ -125,8 +125,7 @@ OFF = "off"
 def check(edits: object) -> list[dict]:
     """Validate a list of edits from any source; return them, each a dict with ``do`` and keys of :data:`ACTIONS`.
 
-    Raises :class:`UsageError` naming the first edit that is wrong, and why.
-    """
+    Raises :class:`UsageError` naming the first edit that is wrong, and why."""
     if not isinstance(edits, (list, tuple)) or len(edits) > MOST:
         raise UsageError(f"Edits are not a list of at most {MOST}.", "docs/directing.md describes them.")
     return [_check(number, edit) for number, edit in enumerate(edits, 1)]
@@ -208,8 +207,7 @@ def load(path: str | PathLike) -> list[dict]:
 
 def of(documents: Any) -> list[dict] | None:
     """Return the edits of the document that ``documents`` names, anything with the fields of :class:`settings.Documents`: the
-    options of a command, a row of a manifest; None where it names none.
-    """
+    options of a command, a row of a manifest; None where it names none."""
     path = getattr(documents, "edits", None)
     return None if path is None else load(path)
 

@@ -21,8 +21,7 @@ def range_around(
 ) -> FrameRange:
     """Return the span to regenerate around the frames from ``first`` to ``last``, of ``frames`` in all.
 
-    It extends by ``wanted`` seconds, but not into the strokes of ``others``, and in any case by ``least`` seconds.
-    """
+    It extends by ``wanted`` seconds, but not into the strokes of ``others``, and in any case by ``least`` seconds."""
     fps = skeleton.FPS
     holds = [one.hold * fps for one in others if one.at * fps < first]
     strokes = [one.stroke * fps for one in others if one.at * fps > last]
@@ -35,8 +34,7 @@ def range_around(
 def range_until(held: np.ndarray, first: int, last: int, wanted: float) -> FrameRange:
     """Return the span of ``wanted`` seconds around the frames from ``first`` to ``last``, up to the nearest fixed frames.
 
-    Those are marked in ``held`` ``(frames,)``; gestures in the span do not matter.
-    """
+    Those are marked in ``held`` ``(frames,)``; gestures in the span do not matter."""
     reach, frames = round(wanted * skeleton.FPS), len(held)
     before, after = np.flatnonzero(held[:first]), np.flatnonzero(held[last + 1 :])
     start = max(first - reach, before[-1] + 1 if len(before) else 0)

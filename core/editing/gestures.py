@@ -28,8 +28,7 @@ class Gesture:
     The preparation starts at ``begin``, the stroke at ``stroke`` with its peak of speed ``at``, the hold at ``hold``, the
     release at ``release``; it is over at ``end``. ``hand`` is one of :data:`HANDS`, ``kind`` a semantic gesture
     (:mod:`vocabulary`) or :data:`BEAT`, ``size`` the path of the leading wrist in the stroke in metres, ``word`` the word
-    that is spoken meanwhile, or "".
-    """
+    that is spoken meanwhile, or ""."""
 
     begin: float
     stroke: float
@@ -46,8 +45,7 @@ class Gesture:
 def find_gestures(motion: Motion, around: float | None = None, within: float = 0.25) -> list[Gesture]:
     """Return the gestures of a motion in order of time.
 
-    If ``around`` is given, only those whose strokes are at most ``within`` seconds (and one frame) away from it.
-    """
+    If ``around`` is given, only those whose strokes are at most ``within`` seconds (and one frame) away from it."""
     names = _TimedNames(meant_gestures(motion))
     words = _TimedNames([(word, 0.5 * (start + end)) for word, start, end in motion.words])
     speed, fps = wrist_speeds(motion.directions, motion.fps), motion.fps

@@ -12,8 +12,7 @@ from ..synthesis.request import Request
 def request_from_meta(meta: Mapping, audio: str | PathLike, **words: Any) -> Request:
     """Return the request of a take with provenance ``meta``; ``words`` are its ``transcript``, ``text`` and ``recognise``.
 
-    Raises :class:`UsageError` where the provenance is not that of a take.
-    """
+    Raises :class:`UsageError` where the provenance is not that of a take."""
     try:
         if "style" not in meta:
             raise KeyError

@@ -1,8 +1,7 @@
 """Quiets parts of a take: strokes are taken out, and the arms go on to the next one, or home, without making another.
 
 Ways are tried from the most natural to the slowest, and the first that leaves the strokes that are to stay, no other one, and
-no sudden join is used.
-"""
+no sudden join is used."""
 
 import itertools
 from collections.abc import Iterator, Sequence

@@ -40,8 +40,7 @@ class Regenerator:
 
     def turned(self, changes: Sequence[tuple[float, str]], feelings: Sequence[tuple[float, dict]] = ()) -> "Regenerator":
         """Return a regenerator with further changes of style, as (seconds, style), and of feeling, as (seconds, affects), or
-        itself if there are none.
-        """
+        itself if there are none."""
         if not changes and not feelings:
             return self
         return Regenerator(self.session, self.request.turned(changes, self._felt(feelings)), self.stages)
@@ -103,8 +102,7 @@ class Regenerator:
         Frames marked in ``held`` ``(frames,)`` stay unchanged. ``plain`` allows no requested strokes and no semantic gestures
         (:func:`gestures.meant_gestures`) in the places. ``whole`` regenerates head and trunk too, not the arms alone.
         ``again`` reuses the last generated motion if it covers these places and bends it to this core, since a new one takes
-        0.1 s.
-        """
+        0.1 s."""
         frames = len(motion.directions)
         poses, kept = motion.directions.copy(), ~frame_ranges.frame_mask(places, frames) | held
         free = np.zeros(0, int) if core is None else core.frames[~held[core.frames]]
@@ -135,8 +133,7 @@ class Regenerator:
     def _generate(self, request: Request, seed: int, calm: Sequence[frame_ranges.FrameRange]) -> Motion:
         """Generate arms, trunk and hands with the kept frames of a request and the random numbers of ``seed``.
 
-        There are no requested strokes in ``calm`` spans.
-        """
+        There are no requested strokes in ``calm`` spans."""
         request = request.of_arms()  # face and pelvis of the take stay
         checkpoint, heard, drawn_from = self.session.checkpoint, self.heard, self.heard
         if calm:
@@ -163,8 +160,7 @@ def interpolate_arms(
     """Return the take with the edges ``arms`` interpolated through a span (cubic Hermite with the speeds at its ends).
 
     They stop at the frames ``still``, if those are ends of the span. With ``still`` None directions are blended linearly, not
-    along the sphere. Frames marked in ``held`` stay.
-    """
+    along the sphere. Frames marked in ``held`` stay."""
     start, stop = place
     directions, edges = motion.directions.copy(), np.array(arms)
     low, high = max(start - 1, 0), min(stop, len(directions) - 1)
@@ -193,8 +189,7 @@ def interpolate_arms(
 def _bend(directions: np.ndarray, places: Sequence[frame_ranges.FrameRange], core: StrokeCore) -> np.ndarray:
     """Bend generated directions ``(frames, 9, 3)`` so that their spans lead into this core and out of it at its speeds.
 
-    At the ends of the spans they stay.
-    """
+    At the ends of the spans they stay."""
     bent, off = directions.copy(), core.directions - directions[core.frames].astype(float)
     for start, stop in places:
         if not start <= core.first < stop:
@@ -244,8 +239,7 @@ def _hands(
 ) -> Hands | None:
     """Blend the hands of a take into the generated ones inside the spans, and into those of the core in its frames.
 
-    They are attached to the new arms ``directions`` ``(frames, 9, 3)``.
-    """
+    They are attached to the new arms ``directions`` ``(frames, 9, 3)``."""
     if motion.hands is None or generated.hands is None:
         return motion.hands
     hands = motion.hands

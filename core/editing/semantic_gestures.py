@@ -67,8 +67,7 @@ def place_gesture(
 
     The phrase around it is regenerated without other strokes. ``size`` is relative to the usual size of the gesture, and
     ``freer`` marks a second try, with other seeds and fewer attempts. Raises :class:`UsageError` for an unknown kind and
-    where there is no room.
-    """
+    where there is no room."""
     vocabulary, frames = filler.session.vocabulary.gestures, len(state.motion.directions)
     kind = kind if kind in vocabulary else filler.session.vocabulary.marks.get(kind, kind)
     if kind not in vocabulary:
@@ -122,8 +121,7 @@ class _Overlay:
     def _align(self, calm: Motion, lands: float, share: float) -> tuple[Motion, float, Gesture | None]:
         """Shift the end of the stroke, from ``lands`` seconds on, until its peak is at the requested time.
 
-        Returns the best motion, the time its stroke ends, and the stroke itself if one is detected.
-        """
+        Returns the best motion, the time its stroke ends, and the stroke itself if one is detected."""
         best = None
         for _ in range(_MAX_PASSES):
             motion = self._show(calm, lands, share)

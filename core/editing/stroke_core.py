@@ -52,8 +52,7 @@ def core_at(motion: Motion, gesture: Gesture, to: float, trunk: bool = False) ->
     """Return the core of a gesture, moved in time so that its stroke is at ``to`` seconds.
 
     Head and trunk are those of the motion at the new time, or move along if ``trunk`` is set. Raises :class:`UsageError`
-    where the recording has no room for it.
-    """
+    where the recording has no room for it."""
     fps, frames = motion.fps, len(motion.directions)
     shift = (to - gesture.at) * fps
     start, stop = gesture.stroke * fps - 1, min(gesture.release, gesture.hold + _HOLD_SECONDS) * fps + 1
@@ -71,8 +70,7 @@ def swap_hand(core: StrokeCore, hand: str, asked: str, ends: np.ndarray, span: t
     """Return a core was_active by the hand ``asked`` instead of ``hand``.
 
     An arm that becomes idle is interpolated from the first to the second of the poses ``ends`` ``(2, 9, 3)``, which are those
-    at both ends of the ``span`` (first frame, and the one after the last).
-    """
+    at both ends of the ``span`` (first frame, and the one after the last)."""
     directions = core.directions.copy()
     mirrored = skeleton.mirror(core.directions)
     source = _leader(core) if hand == "both" and asked != "both" else hand
@@ -140,8 +138,7 @@ def limit_core_speed(
     """Return a core whose wrists do not exceed the ``fastest`` speed and acceleration, in metres and frames.
 
     If they do, it is stretched around its stroke at ``at`` seconds. Head and trunk are those of the ``motion`` unless
-    ``trunk`` is set.
-    """
+    ``trunk`` is set."""
     paths = skeleton.wrists(core.directions)
     over = [np.linalg.norm(np.diff(paths, n=n, axis=0), axis=-1).max(initial=0) / max(limit, 1e-6)
             for n, limit in enumerate(fastest, 1)]  # fmt: skip
@@ -153,8 +150,7 @@ def stretch_core(
 ) -> StrokeCore:
     """Return a core stretched in time by ``slower`` around its stroke at ``at`` seconds, and delayed by ``later`` seconds.
 
-    It is returned unchanged where the ``motion`` has no room for that, or it would be too short.
-    """
+    It is returned unchanged where the ``motion`` has no room for that, or it would be too short."""
     frame, to = at * motion.fps, (at + later) * motion.fps
     first, last = to - slower * (frame - core.first), to + slower * (core.last - frame)
     first, last = np.ceil(first - _ROUNDING), np.floor(last + _ROUNDING)
@@ -220,8 +216,7 @@ def reach_core(motion: Motion, side: int, first: int, last: int, place: np.ndarr
     """Return a core that holds a wrist (0 left, 1 right) at ``place`` from frame ``first`` to ``last``.
 
     ``place`` is in metres from the spine joint. The elbow stays in its plane. Raises :class:`UsageError` for a place out of
-    reach.
-    """
+    reach."""
     directions = motion.directions[first : last + 1].astype(float).copy()
     upper, lower = skeleton.ARMS[side]
     lengths = skeleton.LENGTHS[[upper, lower]].astype(float)

@@ -38,8 +38,7 @@ def place_stroke(
 ) -> tuple[State, float]:
     """Regenerate ``places`` through a core, with head and trunk if ``whole``; return the state and its miss of the aim.
 
-    ``nearer`` is the share by which the first attempt moves the core towards the arms without a gesture, for a second try.
-    """
+    ``nearer`` is the share by which the first attempt moves the core towards the arms without a gesture, for a second try."""
     here = next(span for span in places if span[0] <= core.first < span[1])
     calm = regeneration.interpolate_arms(state.motion, here, state.held).directions
     search = _CoreSearch(core, aim, replace(state.motion, directions=calm), whole, nearer)
@@ -114,8 +113,7 @@ def without_gestures(
     still: Sequence[int] | np.ndarray | None = None,
 ) -> Motion:
     """Interpolate the edges ``arms`` in the places, except the core's frames and ``held`` ones
-    (:func:`regeneration.interpolate_arms`).
-    """
+    (:func:`regeneration.interpolate_arms`)."""
     for start, stop in places:
         for part in ((start, min(stop, core.first)), (max(start, core.last + 1), stop)):
             motion = regeneration.interpolate_arms(motion, part, held, arms, still) if part[1] > part[0] else motion

@@ -35,8 +35,7 @@ class State:
 
     ``held`` ``(frames,)`` marks frames that later edits must not change, ``warnings`` are sentences on what failed, and
     ``changes`` are the style changes that edits added, as (seconds, style) like those of a request, ``feelings`` the changes of
-    feeling, as (seconds, ``{affect: value}``).
-    """
+    feeling, as (seconds, ``{affect: value}``)."""
 
     motion: Motion
     held: np.ndarray
@@ -100,8 +99,7 @@ def best_attempt(
     """Return the best motion of several attempts ``make(attempt, seed)``, and its miss ``miss(motion)``.
 
     The best one misses least and is no more sudden than the take. Frame numbers in ``core`` stay unchanged while joins are
-    eased, if that is enough.
-    """
+    eased, if that is enough."""
     winner, least, eased = None, np.inf, 0
     for attempt in range(tries):
         candidate = make(attempt, filler.attempt_seed(edit, attempt))
@@ -128,8 +126,7 @@ def _rate_variants(
 ) -> Iterator[tuple[float, Motion, float]]:
     """Yield (rating, motion, miss) of a candidate, and of variants with eased joins while it is more sudden than the take.
 
-    A rating of 1 or less is within the tolerances. The first variant keeps the ``core``, the second may change it, too.
-    """
+    A rating of 1 or less is within the tolerances. The first variant keeps the ``core``, the second may change it, too."""
     yield _rating(off, strain), candidate, off
     kept = state.held.copy()
     kept[list(core)] = True

@@ -1,8 +1,7 @@
 """Aligns the times of two recordings of the same words.
 
 The map passes near all words that both have with as little change of tempo as possible, and is then smoothed as far as these
-words allow.
-"""
+words allow."""
 
 import difflib
 from collections.abc import Sequence
@@ -61,8 +60,7 @@ def matching_words(old: Words, new: Words) -> list[tuple[int, int]]:
 def align_words(old: Words, new: Words) -> TimeMap:
     """Align a recording with another one of the same or nearly the same words.
 
-    Raises :class:`UsageError` where less than half of the words are the same.
-    """
+    Raises :class:`UsageError` where less than half of the words are the same."""
     pairs = matching_words(old, new)
     if len(pairs) < max(2, _MIN_COMMON * max(len(old), len(new))):
         remedy = "Name the transcript of the new one with --transcript, or make a new take."

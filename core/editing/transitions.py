@@ -30,8 +30,7 @@ def ease_joins(
 
     Frames change as little as possible, those beyond ``places`` only if changes within do not suffice, and frames marked in
     ``kept`` ``(frames,)`` not at all. Returns the best motion and its :func:`regeneration.join_strain`, 0 if the limits are
-    met.
-    """
+    met."""
     best, least = edited, regeneration.join_strain(before, edited, places)
     frames = len(edited.directions)
     top = [_TARGET_SHARE * value for value in regeneration.peak_motion(before.directions)]
@@ -76,8 +75,7 @@ def _ease(edited: Motion, places: Sequence[frame_ranges.FrameRange], kept: np.nd
 def _ease_arm(part: np.ndarray, edges: list[int], free: np.ndarray, top: Sequence[float]) -> np.ndarray:
     """Move one arm in the ``free`` frames ``(n,)`` of ``part`` ``(n, 9, 3)`` as little as the limits ``top`` need.
 
-    ``edges`` are those of the arm, ``top`` the highest speed and acceleration of its wrist, in metres and frames.
-    """
+    ``edges`` are those of the arm, ``top`` the highest speed and acceleration of its wrist, in metres and frames."""
     inner, result = np.flatnonzero(free), part.copy()
     if not len(inner):
         return result
@@ -102,8 +100,7 @@ def _smooth(own: np.ndarray, free: np.ndarray, weights: Sequence[np.ndarray]) ->
     """Smooth paths ``(n, values)`` by least squares; ``weights`` are those of their first and second differences.
 
     Frames that are not ``free`` stay almost fixed. The banded system is solved by plain elimination, so that the result is
-    equal to the bit with any library and number of threads.
-    """
+    equal to the bit with any library and number of threads."""
     fidelity = np.where(free, 1.0, _FIXED_WEIGHT)
     speed, turn = (np.pad(weight, order) for order, weight in enumerate(weights, 1))
     middle = (fidelity + speed[:-1] + speed[1:] + turn[:-2] + 4 * turn[1:-1] + turn[2:]).tolist()

@@ -27,8 +27,7 @@ class FaceSpeech:
 
     ``sounds`` are phones (name, start, end), ``loudness`` ``(n,)`` is in dB relative to speech at 100 fps, ``phrases``
     ``(p, 2)`` and ``questions`` (start, end) are in seconds, ``accents`` are (seconds, strength, whether main); ``from_sound``
-    tells that the phones were recognised without words.
-    """
+    tells that the phones were recognised without words."""
 
     sounds: tuple[Phone, ...]
     loudness: np.ndarray
@@ -46,8 +45,7 @@ def analyse(
 ) -> FaceSpeech:
     """Analyse ``audio`` ``(n,)`` at 16 kHz, with its words, if known, and the phones ``heard`` in each of them.
 
-    ``rhythm`` is the prosody of the recording, if the caller has it.
-    """
+    ``rhythm`` is the prosody of the recording, if the caller has it."""
     rhythm = rhythm or prosody.analyse(audio, words)
     if words:
         phones = phones_module.phones_of_words(words, heard)
@@ -71,8 +69,7 @@ def make_face(
 
     ``intensity`` (0..2) scales mouth opening and brow raises, ``smoothness`` (0..1) smooths the lips; lip closures are always
     complete. ``affect`` maps "valence" and "arousal" to numbers or curves ``(n,)`` at the rate of the loudness. The result is
-    deterministic for the same arguments and seed.
-    """
+    deterministic for the same arguments and seed."""
     count, rng = len(spoken.loudness), np.random.default_rng((seed, 23))
     mouth, closures = visemes.mouth_weights(spoken.sounds, spoken.loudness, intensity, smoothness)
     weights = np.zeros((count, len(CHANNELS)))

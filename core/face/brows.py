@@ -1,8 +1,7 @@
 """Animates brow raises on accents and questions, and the mood of the face.
 
 Brow raises accompany pitch accents, most often the main one, and begin slightly before them (Flecha-Garcia 2010: 60 ms);
-brows also rise in questions (Ekman 1979).
-"""
+brows also rise in questions (Ekman 1979)."""
 
 from collections.abc import Mapping, Sequence
 
@@ -28,8 +27,7 @@ def brow_raises(
 ) -> np.ndarray:
     """Return how far brows are raised, ``(count,)`` 0..1 at 100 fps.
 
-    ``accents`` are (seconds, strength, whether main), ``questions`` are (start, end) in seconds.
-    """
+    ``accents`` are (seconds, strength, whether main), ``questions`` are (start, end) in seconds."""
     result, last = np.zeros(count), -1.0
     for moment, strength, main in accents:
         chance = (_MAIN_CHANCE if main else _OTHER_CHANCE) * strength
@@ -48,8 +46,7 @@ def mood_channels(
     """Return face channels ``(count,)`` of a mood: a smile or frown by valence, weaker while the mouth speaks.
 
     ``affect`` maps "valence" and "arousal" to numbers or curves ``(count,)``, -1..1. ``speech`` ``(count,)`` 0..1 is how much
-    the mouth moves for speech.
-    """
+    the mouth moves for speech."""
     valence, arousal = (np.clip(affect.get(name, 0.0), -1, 1) for name in ("valence", "arousal"))
     pleased, displeased, excited = (np.maximum(value, 0.0) for value in (valence, -valence, arousal))
     drift = gaussian(rng.normal(0, 1, len(speech)), 1.2 * RATE) * 3

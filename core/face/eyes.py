@@ -3,8 +3,7 @@
 Figures are those of people in conversation: 26 blinks per minute, in clusters (Bentivoglio et al. 1997); saccades last 21 ms
 plus 2.2 ms per degree (Baloh et al. 1975); eyes arrive before the head, which contributes a part of the movement (Freedman
 2008). Speakers look away while they plan and at the listener as a phrase ends (Kendon 1967), in total at the listener for about
-half of the time that they talk. The listener is assumed where the head usually points.
-"""
+half of the time that they talk. The listener is assumed where the head usually points."""
 
 from collections.abc import Sequence
 
@@ -39,8 +38,7 @@ def gaze(
 ) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """Return gaze ``(count, 2)`` in degrees to the left and up, relative to the head, and gaze shifts as (seconds, degrees).
 
-    ``phrases`` ``(p, 2)`` are in seconds, ``directions`` ``(frames, 9, 3)`` the pose at 15 fps; gaze has 100 fps.
-    """
+    ``phrases`` ``(p, 2)`` are in seconds, ``directions`` ``(frames, 9, 3)`` the pose at 15 fps; gaze has 100 fps."""
     coming = np.clip(head_angles(directions, count, _LEAD), -_MAX_TURN, _MAX_TURN)
     moments, places = _fixations(phrases, coming, count / RATE, rng)
     gaze, shifts = np.empty((count, 2)), []
@@ -109,8 +107,7 @@ def _fixations(
     """Return start times of fixations and their places ``(2,)`` in degrees.
 
     They are on the listener, aside while the next words are planned, and make small movements around both. ``head``
-    ``(count, 2)`` are the angles of the head.
-    """
+    ``(count, 2)`` are the angles of the head."""
     spans, before = [], -1.0
     for start, end in phrases:
         if rng.random() < (_AWAY_CHANCE if start - before > _LONG_PAUSE else _CONTINUED_AWAY_CHANCE):

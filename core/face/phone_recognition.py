@@ -1,8 +1,7 @@
 """Recognises phones without a transcript, with the aligner's acoustic model.
 
 Without words the model often confuses phones, but mostly with others of a similar mouth shape, which is enough for lips. Noise
-is not removed and only every second frame is scored: closures are found as well, in a fifth of the time.
-"""
+is not removed and only every second frame is scored: closures are found as well, in a fifth of the time."""
 
 from functools import lru_cache
 
@@ -34,8 +33,7 @@ _CLOSED = "PBM"
 def recognise_phones(audio: np.ndarray, phrases: np.ndarray) -> tuple[Phone, ...]:
     """Recognise the phones ``(name, start, end)`` in seconds of a recording ``(n,)`` at 16 kHz, in order of time.
 
-    ``phrases`` ``(p, 2)`` are its phrases in seconds.
-    """
+    ``phrases`` ``(p, 2)`` are its phrases in seconds."""
     phones: list[Phone] = []
     parts = np.ceil((phrases[:, 1] - phrases[:, 0]).sum() / _GROUP_SECONDS) if len(phrases) else 0
     factor = 32767 * 2 * speech_gain(audio)  # the aligner's level
@@ -86,8 +84,7 @@ def _scores(features: list[np.ndarray], model: AcousticModel) -> np.ndarray:
 def _paths(scores: np.ndarray, lengths: list[int], model: AcousticModel) -> list[np.ndarray]:
     """Return the best phone of every frame of every phrase (Viterbi): phones have three states, any may follow any.
 
-    All phrases are processed together, as numpy takes as long for one as for twenty.
-    """
+    All phrases are processed together, as numpy takes as long for one as for twenty."""
     frames, phrases, count, states = scores.shape
     stay, leave, follows = model.stay, model.leave, _transitions()
     state = np.full((phrases, count, states), -1e30, np.float32)

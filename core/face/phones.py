@@ -23,8 +23,7 @@ def phones_of_words(words: Sequence[tuple[str, float, float]], heard: Sequence[t
     """Return the phones ``(name, start, end)`` of words ``(text, start, end)`` in seconds, in order of time.
 
     ``heard`` are the phones that the aligner found in each word. For words without any, they are looked up in the dictionary
-    or guessed from the letters, and fill the word in proportion to their usual durations.
-    """
+    or guessed from the letters, and fill the word in proportion to their usual durations."""
     heard = heard if len(heard) == len(words) else [()] * len(words)
     unheard = [text for (text, *_), phones in zip(words, heard, strict=True) if not phones]
     pronunciations = _pronunciations(unheard)

@@ -2,8 +2,7 @@
 
 The model is dominance (Cohen and Massaro 1993, "Modeling coarticulation in synthetic visual speech"): the influence of a phone
 rises before it and falls after it, and the mouth is the weighted mean of the shapes of all phones. Lip rounding starts earlier
-and is hardly resisted by phones that leave the lips free. Lip closures are applied on top, so that they are always complete.
-"""
+and is hardly resisted by phones that leave the lips free. Lip closures are applied on top, so that they are always complete."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -56,8 +55,7 @@ def mouth_weights(
     """Return weights ``(n, 15)`` float64 of :data:`motion.face.MOUTH` and the lip closures ``(k, 2)`` in seconds.
 
     ``loudness`` ``(n,)`` is in dB above the speaker's mean at 100 fps; ``intensity`` 0..2 scales the opening of the mouth,
-    ``smoothness`` 0..1 smooths its motion. Neither affects closures.
-    """
+    ``smoothness`` 0..1 smooths its motion. Neither affects closures."""
     count, shut = len(loudness), lip_closures(sounds)
     shapes = np.zeros((count, len(VISEMES)))
     if len(sounds):

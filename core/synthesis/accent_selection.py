@@ -2,8 +2,7 @@
 
 A network that only hears the voice answers the same accents at every seed. As the director of its corpus did, a take asks for
 strokes on some accents, with hand and size by taste, asks for none on others, and leaves the rest open
-(:mod:`stroke_requests`).
-"""
+(:mod:`stroke_requests`)."""
 
 import bisect
 from collections.abc import Mapping, Sequence
@@ -71,8 +70,7 @@ def accent_channels(
 
     ``tastes`` ``(frames, 8)`` or ``(1, 8)`` are the performer's, ``wishes`` the controls "rate", "hand" and "arousal" as
     numbers or ``(frames,)``; ``key`` (seed, identity, speakers) keys the random numbers (:func:`noise.noise`). Frames that are
-    ``taken`` ``(frames,)`` by other strokes are left alone. At ``turns`` (seconds) another style begins.
-    """
+    ``taken`` ``(frames,)`` by other strokes are left alone. At ``turns`` (seconds) another style begins."""
     frames, accents = len(taken), rhythm.accents
     if not len(accents) or not len(rhythm.phrases):  # words may be accented where no voice is heard
         return None
@@ -132,8 +130,7 @@ def _stretches(time: np.ndarray, phrases: np.ndarray, turns: Sequence[float]) ->
 
 def _select(time: np.ndarray, strength: np.ndarray, taste: np.ndarray, spoken: tuple, chance: np.ndarray) -> np.ndarray:
     """Select the accents to answer, in order of time: strong ones more readily, in each stretch as many as the taste has for
-    it; return their indices.
-    """
+    it; return their indices."""
     counts, minutes = spoken
     first = np.cumsum(counts) - counts
     rates = np.add.reduceat(taste[:, 0], first) / counts

@@ -35,8 +35,7 @@ class KeptFrames:
 def kept_frames(request: Request, frames: int) -> KeptFrames:
     """Return the frames that a request keeps, mirrored where the finished motion will be mirrored back.
 
-    Raises :class:`UsageError` for frames that the recording does not have.
-    """
+    Raises :class:`UsageError` for frames that the recording does not have."""
     poses = {}
     for frame, pose in ((0, request.pose), (frames - 1, request.end_pose)):
         if pose is not None:
@@ -85,8 +84,7 @@ def distance_to(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
 def _offsets(directions: np.ndarray, kept: KeptFrames, way: int) -> np.ndarray:
     """Return offsets ``(n, 9, 3)`` that make the performance continuous after (``way`` 1) or before (-1) each kept frame.
 
-    The step from a kept frame equals the next one, or the mean of that and the one before where that is kept, too.
-    """
+    The step from a kept frame equals the next one, or the mean of that and the one before where that is kept, too."""
     frames = len(directions)
     mask, poses = kept.whole(frames)
     near, far, behind = (np.clip(kept.frames + count * way, 0, frames - 1) for count in (1, 2, -1))

@@ -23,8 +23,7 @@ def sample(request: Settings, name: str, frames: int, rate: float = skeleton.FPS
 
 def affects(request: Settings, heard: np.ndarray | None, frames: int, rate: float) -> dict[str, np.ndarray | float]:
     """Return the affects of a request at every frame, as :func:`sample` has them, by name, with what is ``heard``
-    (:func:`following`); without that, those that it does not mention are left out.
-    """
+    (:func:`following`); without that, those that it does not mention are left out."""
     named = AFFECTS if heard is not None else [name for name in (*request.affect, *request.curves) if name in AFFECTS]
     follows = following(request, heard, frames, rate)
     return {name: np.clip(sample(request, name, frames, rate) + follows.get(name, 0), -1, 1) for name in named}
@@ -32,8 +31,7 @@ def affects(request: Settings, heard: np.ndarray | None, frames: int, rate: floa
 
 def following(request: Settings, heard: np.ndarray | None, frames: int, rate: float = skeleton.FPS) -> dict[str, np.ndarray]:
     """Return what is heard of each affect ``(frames,)`` as far as the request follows it, by name; ``heard`` ``(n, 3)`` at 15
-    frames a second, or None. An affect that has a curve is left out: what somebody has drawn is what he wants.
-    """
+    frames a second, or None. An affect that has a curve is left out: what somebody has drawn is what he wants."""
     if heard is None or not request.follow:
         return {}
     at, own = np.arange(frames) / rate, np.arange(len(heard)) / skeleton.FPS

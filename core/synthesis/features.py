@@ -25,8 +25,7 @@ from .stages import Stages
 @dataclass(frozen=True)
 class OtherVoice:
     """Another speaker's voice: its ``phrases`` ``(p, 2)`` in seconds, how far the performer listens to it, ``share``
-    ``(frames,)`` in 0..1, and the ``digest`` of the recording (:func:`audio.digest`).
-    """
+    ``(frames,)`` in 0..1, and the ``digest`` of the recording (:func:`audio.digest`)."""
 
     phrases: np.ndarray
     share: np.ndarray
@@ -50,8 +49,7 @@ class SpeechFeatures:
     where the performer's voice is. ``spoken`` is what a face needs, None without a face; ``others`` the other speaker, if
     any; ``rhythm`` prosody and accents, None for networks that hear none; ``affect`` ``(frames, 3)`` (:func:`affect.hear`),
     None for networks whose controls do not follow it. ``chance`` keys the random numbers of performances. ``seconds`` are
-    durations of the stages so far.
-    """
+    durations of the stages so far."""
 
     digest: str
     words: tuple
@@ -137,8 +135,7 @@ def _assemble(
 
 def _measurements(checkpoint: Any, sound: np.ndarray) -> list[Callable]:
     """Return functions that measure MFCCs, prosody without words (for a network that hears none, the share of voice), and
-    units of speech for one that hears affect; none for an imported network.
-    """
+    units of speech for one that hears affect; none for an imported network."""
     from ..sound import mfcc, voice_activity
 
     config = checkpoint.config

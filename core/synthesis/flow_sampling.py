@@ -2,8 +2,7 @@
 
 A frame depends only on those within the network's receptive field, so a tile with that much around it is what one evaluation of
 the whole would give there, without seams. Takes are drawn one by one, in parallel where there are cores, so that none depends
-on those beside it.
-"""
+on those beside it."""
 
 import itertools
 import threading
@@ -44,8 +43,7 @@ def sample(
     ``network`` is a :class:`NumpyNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
     ``asked`` ``(takes, frames, 7)`` are the strokes asked of each performer's takes (:mod:`stroke_requests`), None for none.
     Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` ``(frames,)`` scales the
-    noise of each frame: below 1 it is nearer to what is usual. ``tempo`` warps time; all else is in frames of the recording.
-    """
+    noise of each frame: below 1 it is nearer to what is usual. ``tempo`` warps time; all else is in frames of the recording."""
     plans = [_Plan(network, one, wishes, frames, tile, lively, tempo) for one, wishes in zip(cast, asked, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
     steps = max(network.config.flow_steps * drawings, 1)
@@ -141,8 +139,7 @@ def _tiles(network, free: np.ndarray, tile: int) -> Iterator[tuple[int, int, int
     """Yield ``start, stop, low, high``: frames from ``start`` to ``stop`` come from an evaluation of ``low`` to ``high``.
 
     ``free`` are the frames to draw. Those before the first and after the last of them are known at every step, so that the
-    receptive field of one step is enough there; between tiles it is that of all steps.
-    """
+    receptive field of one step is enough there; between tiles it is that of all steps."""
     if not len(free):
         return
     first, last = int(free[0]), int(free[-1]) + 1

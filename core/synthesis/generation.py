@@ -17,8 +17,7 @@ _CALM, _CALM_EASE = 0.3, 0.2
 
 class GeneratedTakes(NamedTuple):
     """What a network made of each take, without tremble: ``directions`` ``(takes, frames, 9, 3)`` float32, and hands on them as
-    ``numbers`` ``(frames, SIZE)`` (:mod:`hand_channels`; None where it draws none).
-    """
+    ``numbers`` ``(frames, SIZE)`` (:mod:`hand_channels`; None where it draws none)."""
 
     directions: np.ndarray
     numbers: Sequence[np.ndarray | None]
@@ -39,8 +38,7 @@ def generate(
 ) -> GeneratedTakes:
     """Generate all takes of all performers, those of a request after those of the one before it.
 
-    ``checkpoint`` is a :class:`loaded_checkpoint.LoadedCheckpoint` network.
-    """
+    ``checkpoint`` is a :class:`loaded_checkpoint.LoadedCheckpoint` network."""
     if not checkpoint.draws:
         from ..model import amplitude, windows
 
@@ -71,8 +69,7 @@ def _calmed(calm: Callable, made: np.ndarray, kept: np.ndarray) -> np.ndarray:
 
 def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | None:
     """Return the strokes that each take is asked for ``(takes, frames, 7)``: those of marks in the words, then accents that
-    its taste answers.
-    """
+    its taste answers."""
     frames, request = heard.frames, performers.request
     if not checkpoint.meanings:
         return None

@@ -2,8 +2,7 @@
 
 ``idle.npz``, which :mod:`s2ag.core.learning.corpus.idle_table` packs, has whole stretches of directions and hands; all begin
 and end in nearly the same stance. No kind of them comes twice within :data:`APART` seconds. Weight, breath, face and gaze are
-those of silence in a talk.
-"""
+those of silence in a talk."""
 
 import zlib
 from functools import cache
@@ -96,8 +95,7 @@ def _assemble(
 ) -> tuple[np.ndarray, list[list]]:
     """Return numbers ``(frames, 27 + SIZE)`` of pieces led into each other, and fidgets as [kind, second].
 
-    The last ``seam`` frames, 0 if nothing is repeated, will be led into the first ones: no fidget is there.
-    """
+    The last ``seam`` frames, 0 if nothing is repeated, will be led into the first ones: no fidget is there."""
     table, taste = _table(), np.random.default_rng((zlib.crc32(style.encode()), 0x1D7E))
     habits = {kind: taste.lognormal(0, 0.5) for kind in sorted({one.kind for one in table})}
     body, join, period = rng.choice(["f", "m"]), round(_JOIN * skeleton.FPS), (frames - seam) / skeleton.FPS if seam else 0.0

@@ -1,8 +1,7 @@
 """Head movements of a listener: nods as the other's phrases end, seldom a tilt or a glance aside.
 
 Listeners nod two or three times at about 2 Hz and a few degrees (Hadar et al. 1985), most often as a phrase of the other ends
-(Dittmann and Llewellyn 1968), and look at who speaks but for short glances (Kendon 1967).
-"""
+(Dittmann and Llewellyn 1968), and look at who speaks but for short glances (Kendon 1967)."""
 
 from typing import NamedTuple
 
@@ -46,8 +45,7 @@ class Response(NamedTuple):
 def draw_responses(phrases: np.ndarray, hears: np.ndarray, seed: int = 0, fps: float = skeleton.FPS) -> list[Response]:
     """Draw a listener's responses to the ends of another's ``phrases`` ``(p, 2)`` in seconds.
 
-    ``hears`` ``(frames,)`` in 0..1 says how far it listens in each frame.
-    """
+    ``hears`` ``(frames,)`` in 0..1 says how far it listens in each frame."""
     rng, responses, free = np.random.default_rng((seed, 0x115)), [], 0.0
     for _, end in np.asarray(phrases).reshape(-1, 2):
         at = float(end + rng.uniform(*_DELAY))
@@ -88,8 +86,7 @@ def apply_responses(
 
 def turn_head_toward(directions: np.ndarray, toward: float, hears: np.ndarray | None, fps: float = skeleton.FPS) -> np.ndarray:
     """Turn the head of directions ``(frames, 9, 3)`` by ``toward`` degrees to the left: wholly where it ``hears``
-    ``(frames,)``, 0..1, else a little.
-    """
+    ``(frames,)``, 0..1, else a little."""
     if not toward:
         return directions
     share = np.zeros(len(directions)) if hears is None else gaussian(hears, _TURN_EASE * fps)

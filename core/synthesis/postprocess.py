@@ -35,8 +35,7 @@ _MARKED = 0.6
 
 def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, made: GeneratedTakes) -> list[Motion]:
     """Finish a request's performances: gestures of what words mean, hints, idle life, listening, the size that is asked for,
-    and the frames that it keeps; then hands, pelvis and face to them.
-    """
+    and the frames that it keeps; then hands, pelvis and face to them."""
     request, meta = performers.request, _meta(checkpoint, performers.request, heard, performers)
     pose, size = performers.rest(heard.frames), curves.sample(request, "intensity", heard.frames)
     still = rest.RestBlend.of(heard.activity, request.starts_at_rest)
@@ -87,8 +86,7 @@ def _spared(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return directions without the strokes that the rate spares, and how far arms rest instead ``(frames,)``.
 
-    Words with a mark of their own keep their strokes. ``about`` loses the gestures that are not shown any more.
-    """
+    Words with a mark of their own keep their strokes. ``about`` loses the gestures that are not shown any more."""
     frames, shows = len(directions), about.get("shows", [])
     rate, time = curves.sample(request, "rate", frames), np.arange(frames) / skeleton.FPS
     if np.min(rate) >= 0:
@@ -107,8 +105,7 @@ def _hands(
     request: Request, performers: StyleSequence, take: int, made: tuple, directions: np.ndarray, spared: np.ndarray
 ) -> Hands | None:
     """Return hands on the finished arms, hanging where strokes are ``spared``: those ``made`` (arms as they were drawn, and the
-    hands' numbers or None), else synthesised; None where none are asked for.
-    """
+    hands' numbers or None), else synthesised; None where none are asked for."""
     if not request.hands:
         return None
     drawn, numbers = made

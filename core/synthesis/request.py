@@ -20,8 +20,7 @@ from . import curves as curves_module
 class Request(Settings):
     """One performance: ``audio``, the path of the recording, and the settings of :class:`settings.Settings`.
 
-    Raises :class:`UsageError` for values out of range and for settings that exclude each other.
-    """
+    Raises :class:`UsageError` for values out of range and for settings that exclude each other."""
 
     audio: str | PathLike
 
@@ -62,8 +61,7 @@ class Request(Settings):
         """Return the styles, one after the other, and the seconds at which the later ones begin, none for a sequence.
 
         ``speakers`` are those of the checkpoint, one of whom is the default; styles that words ask for, ``hinted``
-        ``(seconds, style)``, are left out of a sequence.
-        """
+        ``(seconds, style)``, are left out of a sequence."""
         usual = self.style or styles.default_speaker(speakers)
         steps = styles.split_sequence(usual)
         turns = sorted([*(hinted if len(steps) == 1 else ()), *self.changes], key=lambda one: one[0])
@@ -141,8 +139,7 @@ class Request(Settings):
 @dataclass(frozen=True)
 class Result:
     """Motions (one a take), words with times, warnings for the user, seconds spent by stage, and the styles that performed:
-    ``latents`` ``(takes, steps, size)``, one step unless the style walks.
-    """
+    ``latents`` ``(takes, steps, size)``, one step unless the style walks."""
 
     motions: list[Motion]
     words: tuple

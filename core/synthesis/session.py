@@ -1,8 +1,7 @@
 """From a recording to motions, the path that the command line, the worker and scripts share.
 
 :meth:`Session.synthesize_all` goes through its stages: hear (:mod:`features`), cast (:mod:`style_sequence`), draw
-(:mod:`generation`), express and refine (:mod:`postprocess`).
-"""
+(:mod:`generation`), express and refine (:mod:`postprocess`)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -37,8 +36,7 @@ class Session:
     nothing to the network unless ``vectors`` are given, too: its own are English. Word times are kept in the folder ``cache``,
     by default the user's (:func:`cache.default_folder`), and not at all if it is "off". ``backend`` and ``device`` say what
     computes the network (:func:`loading.load`). ``vocabulary`` is a file of more gestures for words and phrases
-    (:mod:`vocabulary`).
-    """
+    (:mod:`vocabulary`)."""
 
     def __init__(
         self,
@@ -111,8 +109,7 @@ class Session:
         """Make ``request.takes`` motions. Same request, seed and checkpoint: the same result.
 
         ``progress(stage, value)`` is called with stages and 0..1 within them, ``cancelled()`` often. Raises
-        :class:`Cancelled`, and subclasses of :class:`S2agError` for everything that a user can correct.
-        """
+        :class:`Cancelled`, and subclasses of :class:`S2agError` for everything that a user can correct."""
         return self.synthesize_all([request], progress, cancelled)[0]
 
     def synthesize_all(
@@ -123,8 +120,7 @@ class Session:
     ) -> list[Result]:
         """Make several performances of one recording, which is heard once and drawn in one batch; results as of single ones.
 
-        Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ.
-        """
+        Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ."""
         if len(set(map(recording_settings, requests))) != 1:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
         stages, memory = Stages(progress, cancelled), self._memory or SessionCache()

@@ -1,8 +1,7 @@
 """Spares strokes where the control of rate is below 0, which networks hardly follow: arms go home instead.
 
 Of neighbouring strokes the most telling one stays, in its own frames; between those that stay, both hands go home together,
-as far as there is time for it, and rise again (:mod:`ways`).
-"""
+as far as there is time for it, and rise again (:mod:`ways`)."""
 
 import itertools
 from collections.abc import Sequence
@@ -19,8 +18,7 @@ _MEANT = 2.0
 """How much faster a beat must be than a gesture with a meaning to stay instead of it."""
 _HOLD, _FADES, _FAR = 0.5, (4, 7, 11), (1.0, 0.6, 0.3)
 """Longest time in seconds for which arms stay where a stroke led them; frames in which their speed at a join is lost; shares
-of the way home that are tried, since whole ones may lead past the body in haste.
-"""
+of the way home that are tried, since whole ones may lead past the body in haste."""
 _SLOW = 0.85 * ways.SLOW
 """Metres a frame at which hands go home; idle arms sway, too."""
 _BESIDE, _AROUND = 2, 30
@@ -40,8 +38,7 @@ def spare(
 
     ``rate`` is a number or ``(frames,)``: from 0 on nothing changes, at -1 a quarter of the strokes stays at most, between
     them proportionally many. ``home`` ``(frames, 9, 3)`` is the body at rest, ``meant`` the seconds of strokes with a meaning,
-    ``fixed`` the numbers of frames that are given: neither they nor strokes in them change.
-    """
+    ``fixed`` the numbers of frames that are given: neither they nor strokes in them change."""
     share = 1 + (1 - LEAST) * np.clip(np.broadcast_to(rate, len(directions)), -1, 0)
     speed = strokes.wrist_speeds(directions).max(1)
     places = np.array(strokes.stroke_places(speed, skeleton.FPS), int)
@@ -146,8 +143,7 @@ def _way(
     directions: np.ndarray, home: np.ndarray, start: int, stop: int, far: float, fade: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return directions ``(stop - start, 9, 3)`` of a way home, ``far`` of it where there is time, and how far that is in each
-    frame.
-    """
+    frame."""
     count, low, high = stop - start, directions[max(start - 1, 0)], directions[min(stop, len(directions) - 1)]
     ends = np.stack([low, high]), home[[start, stop - 1]]
     long = np.linalg.norm(np.diff([skeleton.wrists(one) for one in ends], axis=0)[0], axis=-1).max(-1)

@@ -1,8 +1,7 @@
 """Synthesises the pelvis of a performance: weight shifts from foot to foot and sway, as captured people stand.
 
 ``standing.npz``, which :mod:`s2ag.core.learning.corpus.standing` makes, has postures, changes between them and sway. Changes
-come in pauses of the speech, as often as the style has them; sway never stops. Arms stay as they are.
-"""
+come in pauses of the speech, as often as the style has them; sway never stops. Arms stay as they are."""
 
 import zlib
 from collections.abc import Sequence
@@ -38,8 +37,7 @@ def synthesize_pelvis(
     fps: float = skeleton.FPS,
 ) -> Pelvis:  # fmt: skip
     """Synthesise the pelvis for directions ``(frames, 9, 3)`` with voice ``activity`` ``(frames,)``; ``words`` are
-    (word, start, end). Same directions, style and seed: the same pelvis.
-    """
+    (word, start, end). Same directions, style and seed: the same pelvis."""
     taste = np.random.default_rng((zlib.crc32(style.encode()), 0x57A9))
     rng = np.random.default_rng((seed, zlib.crc32(style.encode()), 0x57A9))
     life = liveliness(directions, fps)

@@ -30,8 +30,7 @@ def stroke_channels(
     """Return strokes and rests as network input ``(frames, 7)`` (:mod:`stroke_requests`), or None where there are none.
 
     ``words`` are ``(text, start, end)`` in seconds; ``hand`` is the control that says which hand leads, a number
-    or ``(frames,)``.
-    """
+    or ``(frames,)``."""
     numbers = sorted(conditioned_words(wishes, meanings))
     if not meanings or not (numbers or wishes.rests):
         return None

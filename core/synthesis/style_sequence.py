@@ -29,8 +29,7 @@ class StyleSequence:
     ``(takes, frames, 9, 3)``: seed poses of a regressor; ``readiness``: how readily phrases are shown by gestures of their own,
     0..1; ``chances`` ``(steps,)``: scale of the noise; ``tastes`` ``(steps, 8)``: how accents are answered
     (:data:`accent_selection.FACTS`), None if unknown; ``steer`` moves points ``(takes, frames, size)`` along the curves of
-    controls and what is heard, None without any.
-    """
+    controls and what is heard, None without any."""
 
     request: Request
     style: list[dict[str, float] | str]
@@ -94,8 +93,7 @@ class StyleSequence:
 
     def given(self, frames: int) -> constraints.KeptFrames:
         """Return the frames that the network is given: those that the request keeps, with intensity undone, and the rest pose
-        at the start unless another is kept there.
-        """
+        at the start unless another is kept there."""
         kept = constraints.kept_frames(self.request, frames)
         pose = self.rest(frames)
         numbers, poses = kept.frames, pose[kept.frames] if self.walks else pose
@@ -113,8 +111,7 @@ def from_request(
     """Return the performers of a request, with the styles that the words ask for, ``hinted`` ``(seconds, style)``; a walk takes
     none of these. They follow the affect that is ``heard`` ``(frames, 3)``.
 
-    Raises :class:`UsageError` for unknown styles, and for controls that the weights do not have.
-    """
+    Raises :class:`UsageError` for unknown styles, and for controls that the weights do not have."""
     _check_controls(checkpoint, request)
     speakers = checkpoint.speakers
     names = [speaker["name"] for speaker in speakers]

@@ -2,8 +2,7 @@
 
 People's hands are faster where they speak louder. A network that learned so answers the same syllables at every seed; here
 chance chooses the movements and the voice their pace. The performance is drawn in a time of its own, in which the recording is
-heard, too, so that a stroke drawn on an accent is on that accent when it is played back.
-"""
+heard, too, so that a stroke drawn on an accent is on that accent when it is played back."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,8 +33,7 @@ Inputs = Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]]
 @dataclass(frozen=True)
 class TimeWarp:
     """``places`` ``(frames,)``: the recording's frames in the performance's time, ascending from 0; ``moments`` ``(n,)``: the
-    performance's frames in the recording's time. Both in frames.
-    """
+    performance's frames in the recording's time. Both in frames."""
 
     places: np.ndarray
     moments: np.ndarray
@@ -51,8 +49,7 @@ class TimeWarp:
 
     def given(self, mask: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Convert given frames: a ``mask`` ``(frames,)`` and unit directions ``(frames, 9, 3)`` of the recording become those
-        of the performance, ``(n,)`` and ``(n, 9, 3)``. A single given frame goes to the nearest one.
-        """
+        of the performance, ``(n,)`` and ``(n, 9, 3)``. A single given frame goes to the nearest one."""
         last = len(mask) - 1
         before = np.clip(np.floor(self.moments).astype(int), 0, last)
         after, share = np.minimum(before + 1, last), np.clip(self.moments - before, 0, 1)
@@ -73,8 +70,7 @@ class TimeWarp:
 
     def heard(self, listen: Inputs) -> Inputs:
         """Wrap ``listen`` (the ``inputs`` of :func:`flow_sampling.sample`) so that it takes and gives the performance's
-        frames.
-        """
+        frames."""
 
         def hear(start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
             at = self._moment(np.arange(start, stop))
@@ -99,8 +95,7 @@ class TimeWarp:
 
 def warp_for(rhythm: prosody.Prosody | None, activity: np.ndarray) -> TimeWarp | None:
     """Return the time warp of a recording with this ``rhythm`` and voice ``activity`` ``(frames,)``, None where its loudness
-    is unknown or constant.
-    """
+    is unknown or constant."""
     frames = len(activity)
     if rhythm is None or frames < 2 or not len(rhythm.features):
         return None

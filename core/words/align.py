@@ -53,8 +53,7 @@ class Alignment:
 
     ``spans`` are ``(start, end)`` in seconds, ``confidence`` is 0..1; 0 marks a word that was not found and fills the time
     between its neighbours. ``complaint`` is a sentence if the aligner as a whole failed. ``phones`` of every word are empty
-    where unknown.
-    """
+    where unknown."""
 
     spans: list[Span]
     confidence: list[float]
@@ -83,8 +82,7 @@ def align_stretches(
     ``audio`` is ``(n,)`` float32 at 16 kHz; ``model`` is that of another language (:func:`language.load_language`).
     ``progress`` is called with 0..1; an exception that it raises stops the child and is passed on. Never fails on a text that
     does not fit or on a missing or crashing aligner: such words are spread over the voiced parts of their stretch by letter
-    count.
-    """
+    count."""
     duration = len(audio) / SAMPLE_RATE
     stretches = [Stretch(part.words, min(part.start, duration), min(part.end, duration)) for part in stretches]
     segments = voice_activity.segments_of_track(voice_activity.probability(audio))
@@ -109,8 +107,7 @@ def align_stretches(
 def describe_problems(alignment: Alignment, shown: Sequence[str]) -> list[str]:
     """Return warnings for the user: what failed, or which parts of the text (time and words) were not found in the speech.
 
-    ``shown`` are the words as they are written.
-    """
+    ``shown`` are the words as they are written."""
     if alignment.complaint:
         return [alignment.complaint]
     missing = [number for number, sure in enumerate(alignment.confidence) if not sure]
@@ -132,8 +129,7 @@ def describe_problems(alignment: Alignment, shown: Sequence[str]) -> list[str]:
 def spread_by_letters(words: list[list[str]], segments: list[Span]) -> list[Span]:
     """Distribute words over voiced segments by letter count; return their ``(start, end)`` in seconds.
 
-    Each segment begins with the start of a word and is filled completely by its words.
-    """
+    Each segment begins with the start of a word and is filled completely by its words."""
     letters = np.array([sum(len(part) for part in word) + 1.0 for word in words])
     lengths = np.array([end - start for start, end in segments])
     middle = (np.cumsum(letters) - letters / 2) / letters.sum() * lengths.sum()

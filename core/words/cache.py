@@ -33,8 +33,7 @@ def default_folder() -> Path | None:
 class Cache:
     """Cache in a folder that is created on first use; with ``folder`` None nothing is stored.
 
-    A write that fails raises nothing: :attr:`warning` then holds a sentence for the user.
-    """
+    A write that fails raises nothing: :attr:`warning` then holds a sentence for the user."""
 
     def __init__(self, folder: str | os.PathLike | None, limit: int = MAX_BYTES):
         self.folder = None if folder is None else Path(folder)

@@ -12,8 +12,7 @@ from .markup import Mark
 
 class Hint(NamedTuple):
     """A hint that requests a gesture. ``meaning`` is its name in the corpora, for networks conditioned on strokes; ``word`` has
-    this gesture and replaces the spoken word in the input of other networks.
-    """
+    this gesture and replaces the spoken word in the input of other networks."""
 
     word: str
     meaning: str
@@ -55,8 +54,7 @@ class HintEffects:
 
     ``stressed`` are indices of words; ``gestures`` maps indices to the hint (of :data:`HINTS`) and side (-1 left, 1 right,
     0 either) of a gesture; ``rests`` are ``(start, end)``, ``sizes`` and ``sides`` ``(start, end, value)``, in seconds.
-    ``styles`` are ``(start, name)``, with an empty name for the take's own style.
-    """
+    ``styles`` are ``(start, name)``, with an empty name for the take's own style."""
 
     stressed: frozenset[int] = frozenset()
     gestures: dict[int, tuple[str, float]] = field(default_factory=dict)
@@ -111,8 +109,7 @@ def network_words(
     """Return the words as input of the network: empty texts where the language is not ``understood``.
 
     A gesture hint replaces its word by one that has the gesture, except at the indices in ``asked``, where the network is
-    conditioned on a stroke.
-    """
+    conditioned on a stroke."""
     replaced = {number: HINTS[hint].word for number, (hint, _) in wishes.gestures.items() if number not in asked}
     spoken = [(text if understood else "", start, end) for text, start, end in words]
     return [(replaced.get(number, text), start, end) for number, (text, start, end) in enumerate(spoken)]
@@ -121,8 +118,7 @@ def network_words(
 def apply_hints(directions: np.ndarray, wishes: HintEffects, pose: np.ndarray) -> np.ndarray:
     """Apply the sizes, sides and rests of hints to edge directions ``(frames, 9, 3)`` at 15 fps; all else stays bit-identical.
 
-    ``pose`` is the rest pose, ``(9, 3)``, or ``(frames, 9, 3)`` if it changes over time.
-    """
+    ``pose`` is the rest pose, ``(9, 3)``, or ``(frames, 9, 3)`` if it changes over time."""
     if not wishes.shapes_motion:
         return directions
     time = np.arange(len(directions)) / skeleton.FPS

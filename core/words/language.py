@@ -26,8 +26,7 @@ def load_language(folder: str | PathLike | None = None, code: str | None = None)
     Keys, each of which may be None: ``voice`` of eSpeak NG, the paths ``acoustic`` and ``dictionary`` in the folder, and
     ``letters`` (see :func:`_folder`). With a ``code`` (``de``, ``fr``, ``pt-br``) words that are not in the folder's dictionary
     are pronounced by eSpeak NG in the phones of the English acoustic model. Raises :class:`EngineMissing` if an extra is
-    missing, and :class:`TranscriptUnreadable`.
-    """
+    missing, and :class:`TranscriptUnreadable`."""
     model, voice = _folder(folder), _voice(code)
     if voice is None:
         return model
@@ -45,8 +44,7 @@ def is_foreign(model: dict | None) -> bool:
 def _voice(code: str | None) -> str | None:
     """Return eSpeak NG's voice for a language code, a file name; None for English, which has a dictionary.
 
-    Raises :class:`EngineMissing` and, for an unknown code, :class:`TranscriptUnreadable`.
-    """
+    Raises :class:`EngineMissing` and, for an unknown code, :class:`TranscriptUnreadable`."""
     code = (code or "en").strip().lower().replace("_", "-")
     if code == "en" or code.startswith("en-"):
         return None
@@ -72,8 +70,7 @@ def _folder(folder: str | PathLike | None) -> dict[str, Any] | None:
     The acoustic model is the folder itself or a folder inside it that contains a file ``mdef``; the dictionary is the only
     ``.dict`` or ``.dic`` file; ``letters.json`` maps letters to phones for words that are in no dictionary. Without an acoustic
     model the English one is used with its phones, which suits accents and invented words but not another language. Raises
-    :class:`TranscriptUnreadable`.
-    """
+    :class:`TranscriptUnreadable`."""
     if folder is None:
         return None
     folder = Path(folder)

@@ -1,8 +1,7 @@
 """Parses plain-text transcripts into words and marks.
 
 Stage directions, tags and speaker labels are dropped. Three marks control the gestures (docs/transcripts.md):
-``*word*`` stresses a word, ``[pause]`` rests, ``{hint}`` requests a gesture.
-"""
+``*word*`` stresses a word, ``[pause]`` rests, ``{hint}`` requests a gesture."""
 
 import re
 from collections import Counter
@@ -38,8 +37,7 @@ _SCALES = {"thousand", "million", "billion", "trillion"}
 class Mark:
     """A mark of ``kind`` ``stress``, ``pause`` or ``hint`` on the words ``first`` to before ``last``; ``value`` is the hint.
 
-    A pause lies before the word ``first``. A hint stands before ``first`` and applies to the end of its phrase.
-    """
+    A pause lies before the word ``first``. A hint stands before ``first`` and applies to the end of its phrase."""
 
     kind: str
     first: int

@@ -18,8 +18,7 @@ def words_of_speaker(said: TimedTranscript, text: str, who: str) -> tuple[TimedT
     """Return the words of the speaker ``who``, and the turns ``(n, 2)`` of that speaker in seconds.
 
     ``said`` are the aligned words of the plain ``text``. Raises :class:`UsageError` if the text has no such speaker or its
-    words do not match ``said``.
-    """
+    words do not match ``said``."""
     pieces = markup.split_speakers(text)
     names = list(dict.fromkeys(name for name, _ in pieces if name))
     if who.casefold() not in {name.casefold() for name in names}:

@@ -47,8 +47,7 @@ def normalise(word: str) -> str:
 def spoken_words(word: str) -> list[str]:
     """Return the spoken words of one written word.
 
-    ``don't`` gives one word, ``well-known`` two, ``$25`` "twenty five dollars", ``—`` none.
-    """
+    ``don't`` gives one word, ``well-known`` two, ``$25`` "twenty five dollars", ``—`` none."""
     word = unicodedata.normalize("NFKC", word).translate(_APOSTROPHES).lower()
     if (match := _RANGE.fullmatch(word.rstrip(".,;:!?"))) and not re.fullmatch(r"[$€£]?0.*", match[2]):
         return [*_speak(match[1]), "to", *_speak(match[2])]
@@ -61,8 +60,7 @@ def spoken_words(word: str) -> list[str]:
 def split_foreign(word: str) -> list[str]:
     """Split a written word of another language without spelling out numbers.
 
-    ``Vor-Ort-Termin`` gives three words, ``3,5`` and ``20€`` one each.
-    """
+    ``Vor-Ort-Termin`` gives three words, ``3,5`` and ``20€`` one each."""
     word = unicodedata.normalize("NFKC", word).translate(_APOSTROPHES).lower()
     parts = re.split(r"(?<=[^\W\d])[-–—/_]+(?=\w)|(?<=\d)[-–]+(?=\d)|[–—…]+|\.{2,}", word)
     plain = (re.sub(r"^[^\w$€£%§&@]+|[^\w$€£%°']+$", "", re.sub(r"[()\[\]<>{}*\s]", "", part)) for part in parts)

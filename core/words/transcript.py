@@ -35,8 +35,7 @@ class TimedTranscript:
     ``words`` are ``(word, start, end)`` in seconds, in order of start, each with a ``confidence`` 0..1 (1 for times stated in
     the file), ``phones`` ``(name, start, end)`` in the CMU alphabet, empty if the aligner did not find the word, and as it is
     ``written``, with punctuation. ``marks`` refer to words by number. ``warnings`` are for the user, ``form`` is the format of
-    the transcript.
-    """
+    the transcript."""
 
     words: tuple[Word, ...] = ()
     confidence: tuple[float, ...] = ()
@@ -69,8 +68,7 @@ def timed_transcript(
 
     ``transcript`` is a file in one of the formats of :mod:`readers`; ``text`` is plain text itself. With neither there are no
     words, unless ``ways`` asks for speech recognition. ``progress`` is called with 0..1 during alignment. Raises
-    :class:`TranscriptUnreadable`, :class:`EngineMissing` and, if both are given, :class:`UsageError`.
-    """
+    :class:`TranscriptUnreadable`, :class:`EngineMissing` and, if both are given, :class:`UsageError`."""
     ways = ways or TranscriptOptions()
     if transcript is not None and text is not None:
         raise UsageError("A transcript file and a text were both given.", "Give one of them.")
@@ -171,8 +169,7 @@ class _Script:
     def _loosen(self, item: Item, before: float, after: float, alone: bool) -> None:
         """Add a phrase for alignment, within its own times or those of its neighbours, joined to the previous phrase if close.
 
-        Only if it is ``alone``, the whole transcript, do its marks count.
-        """
+        Only if it is ``alone``, the whole transcript, do its marks count."""
         marked = _marked(item.text, self._model)
         if not marked.tokens:
             return

@@ -11,8 +11,7 @@ SUFFIXES = (".txt", ".srt", ".vtt", ".TextGrid")
 def find_transcript(recording: str | PathLike, there: Callable[[Path], bool] = Path.is_file) -> Path | None:
     """Return the file next to the recording that has its name and the first suffix of :data:`SUFFIXES` that exists, or None.
 
-    ``there`` tells whether a path exists.
-    """
+    ``there`` tells whether a path exists."""
     recording = Path(recording)
     try:
         candidates = [recording.with_suffix(suffix) for suffix in SUFFIXES]

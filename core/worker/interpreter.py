@@ -1,7 +1,6 @@
 """Checks whether a Python can run the engine: a child process of it must decode a clip and generate gestures for it.
 
-A full engine is the package ``s2ag[full]`` in a Python of the user's; its version must be that of this code.
-"""
+A full engine is the package ``s2ag[full]`` in a Python of the user's; its version must be that of this code."""
 
 import contextlib
 import json
@@ -33,8 +32,7 @@ def find_python(path: str | os.PathLike) -> str:
     """Return the Python at ``path``: the program itself, or that of an environment's folder.
 
     In a folder with environments ``engine-N``, as older versions made them, it is that of the newest. Raises
-    :class:`EngineMissing` for a folder without a Python.
-    """
+    :class:`EngineMissing` for a folder without a Python."""
     path = Path(path)
     if not path.is_dir():
         return str(path)
@@ -49,8 +47,7 @@ def find_python(path: str | os.PathLike) -> str:
 def command(python: str | None) -> list[str]:
     """Return the command by which ``python`` generates gestures for a clip and prints what it has for the engine.
 
-    It runs the package ``s2ag`` of that Python; None is the running Python with this code.
-    """
+    It runs the package ``s2ag`` of that Python; None is the running Python with this code."""
     module = "core.worker.inventory"
     return [*(package_command(python, module) if python else module_command(module)), "--try"]
 
@@ -59,8 +56,7 @@ class Check:
     """Checks ``python`` in a child process; after :meth:`poll` returned True, there are facts in ``result`` or an ``error``.
 
     It must have the package ``s2ag[full]`` in the version of this code. None is the running Python with this code, which needs
-    no package. Raises :class:`WorkerFailed` if it cannot be started.
-    """
+    no package. Raises :class:`WorkerFailed` if it cannot be started."""
 
     stage, value = "Try the engine", 0.0
 
@@ -129,8 +125,7 @@ def read_facts(lines: list[str], full: bool = False) -> dict:
     """Return the facts that the inventory printed; with ``full`` they must include this version and PyTorch.
 
     Raises :class:`WorkerFailed` if there are none or they name a problem, and :class:`EngineMissing` if the package or PyTorch
-    is missing or the package is of another version.
-    """
+    is missing or the package is of another version."""
     for line in reversed(lines):
         with contextlib.suppress(ValueError):
             facts = json.loads(line) if line.startswith("{") else None

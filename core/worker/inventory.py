@@ -1,7 +1,6 @@
 """Lists what a Python has for the engine: ``python -m s2ag.core.worker.inventory`` prints one JSON object.
 
-With ``--try`` it also generates gestures for a clip. :mod:`interpreter` runs this in a Python that is to be checked.
-"""
+With ``--try`` it also generates gestures for a clip. :mod:`interpreter` runs this in a Python that is to be checked."""
 
 import importlib
 import importlib.metadata
@@ -95,8 +94,7 @@ def try_gesture() -> tuple[float, str]:
     """Generate gestures for the engine's own clip; return their seconds, and why that failed, else an empty text.
 
     The clip is an MP3 with a transcript, decoded and aligned like a user's recording, and the network runs by torch in a
-    full engine. Where no decoder is installed, as in Blender's own Python, it is a tone in a WAV file.
-    """
+    full engine. Where no decoder is installed, as in Blender's own Python, it is a tone in a WAV file."""
     import numpy as np
 
     from ..errors import S2agError

@@ -1,7 +1,6 @@
 """The worker's protocol: one JSON object per line, arrays as paths of ``.npz`` files, no pickles.
 
-Both ends use this module. It needs only the standard library, because one end is Blender's own process.
-"""
+Both ends use this module. It needs only the standard library, because one end is Blender's own process."""
 
 import json
 from typing import Any

@@ -2,8 +2,7 @@
 
 Reads requests as JSON lines from standard input and writes replies to standard output; standard error is the log. The main
 thread serves one request at a time; a second thread reads, so that running requests can be cancelled and the worker ends
-with its parent. Heavy modules are imported with the first request that needs the network.
-"""
+with its parent. Heavy modules are imported with the first request that needs the network."""
 
 import contextlib
 import os
@@ -39,8 +38,7 @@ _MODELS = tuple(table(Models))
 class Worker:
     """Serves the protocol between two file descriptors until end of file or ``shutdown``.
 
-    If it is ``alone`` in its process, it exits the process when a running request does not end within :data:`GRACE` seconds.
-    """
+    If it is ``alone`` in its process, it exits the process when a running request does not end within :data:`GRACE` seconds."""
 
     def __init__(self, requests: int, replies: int, alone: bool = True) -> None:
         self._alone = alone
@@ -213,8 +211,7 @@ class Worker:
         self, params: dict, every: list["Request"], progress: Callable[[str, float], None], cancelled: Callable[[], bool]
     ) -> list["Result"]:
         """Return the results of all requests; a single one may have ``edits`` (:mod:`editing.edits`), the first ``forgiven`` of
-        which are left out where they cannot be done.
-        """
+        which are left out where they cannot be done."""
         session, edits, forgiven = self._open(params), params.get("edits"), params.get("forgiven", 0)
         if not isinstance(forgiven, int):
             raise UsageError("The parameter forgiven is no number.", "Give how many edits may be left out.")
@@ -250,8 +247,7 @@ class Worker:
 def _check_params(params: dict) -> dict[str, Any]:
     """Return the parameters of a synthesis request, without absent ones.
 
-    Raises :class:`UsageError` for unknown names and for values of the wrong type.
-    """
+    Raises :class:`UsageError` for unknown names and for values of the wrong type."""
     unknown = set(params) - set(_PARAMETERS) - set(_MODELS) - {"output_dir", "styles", "edits", "forgiven"}
     if unknown:
         raise UsageError(f"There is no parameter {sorted(unknown)[0]!r}.", f"Parameters are {', '.join(_PARAMETERS)}.")

@@ -1,8 +1,7 @@
 """Client of the worker process: starts it, sends requests without blocking, and handles its crashes.
 
 Imports neither Blender nor torch. Modal operators call :meth:`WorkerClient.request` and then :meth:`Job.poll` from
-their timers; headless code calls :meth:`WorkerClient.call`, which waits. Use a client from one thread only.
-"""
+their timers; headless code calls :meth:`WorkerClient.call`, which waits. Use a client from one thread only."""
 
 import itertools
 import os
@@ -34,8 +33,7 @@ _AGAIN = "Try again: it starts anew by itself."
 def find_interpreter(python: str | os.PathLike | None = None) -> str:
     """Return the Python that runs the worker: ``python``, else ``$S2AG_PYTHON``, else this one, as numpy is enough.
 
-    Raises :class:`WorkerFailed` if the named one cannot be run, or if this one is embedded and has no executable.
-    """
+    Raises :class:`WorkerFailed` if the named one cannot be run, or if this one is embedded and has no executable."""
     named = os.fspath(python) if python else os.environ.get("S2AG_PYTHON", "")
     if named:
         executable = shutil.which(named)
@@ -52,8 +50,7 @@ def find_interpreter(python: str | os.PathLike | None = None) -> str:
 def engine_command(module: str, python: str | os.PathLike | None = None) -> list[str]:
     """Return the command that runs ``module`` in the engine's Python (:func:`find_interpreter`).
 
-    A Python that was chosen runs its installed package, this one the code of this tree. Raises :class:`WorkerFailed`.
-    """
+    A Python that was chosen runs its installed package, this one the code of this tree. Raises :class:`WorkerFailed`."""
     executable = find_interpreter(python)
     return package_command(executable, module) if is_chosen(python) else module_command(module)
 
@@ -99,8 +96,7 @@ class WorkerClient:
     """Owns at most one worker process, which it starts with the first request and restarts after a crash.
 
     ``python`` is an interpreter (:func:`find_interpreter`), ``log`` a callable that gets each line of the worker's log,
-    ``patience`` the seconds of silence after which a busy worker counts as hung, ``command`` replaces the whole command.
-    """
+    ``patience`` the seconds of silence after which a busy worker counts as hung, ``command`` replaces the whole command."""
 
     def __init__(
         self,
@@ -170,8 +166,7 @@ class WorkerClient:
         """Send a request, wait, and return its result or raise its error.
 
         ``progress(stage, value)`` is called with the worker's progress. ``timeout`` limits the seconds between messages, not
-        those of the whole request. Ctrl-C cancels the request and is then passed on.
-        """
+        those of the whole request. Ctrl-C cancels the request and is then passed on."""
         patience = self._patience
         self._patience = timeout or patience
         try:
@@ -192,8 +187,7 @@ class WorkerClient:
     def cancel(self, job: Job) -> None:
         """Tell the worker to cancel ``job``, which then ends with :class:`Cancelled`; kill a worker that does not react.
 
-        A job queued behind another ends at once, because the worker serves one request at a time.
-        """
+        A job queued behind another ends at once, because the worker serves one request at a time."""
         if not job.done and job.cancelled_at is None:
             job.cancelled_at = time.monotonic()
             if self._process is not None:

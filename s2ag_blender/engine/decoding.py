@@ -1,8 +1,7 @@
 """Decodes recordings by Blender's sound system, for an engine that reads nothing but WAV.
 
 Blender's ``aud`` holds Python while it decodes, so a thread requests a few seconds at a time. After a seek some formats
-continue a little beside the requested place; pieces therefore overlap and are joined where they are the same.
-"""
+continue a little beside the requested place; pieces therefore overlap and are joined where they are the same."""
 
 import struct
 import tempfile
@@ -37,8 +36,7 @@ _cache: dict[tuple, Path] = {}
 def needs_decoding(path: str) -> bool:
     """Return whether Blender has to decode a recording, because it is no WAV file.
 
-    Raises :class:`AudioUnreadable` where it is none and neither this Blender nor its Python can decode it.
-    """
+    Raises :class:`AudioUnreadable` where it is none and neither this Blender nor its Python can decode it."""
     try:
         head = wavefile.read_header(Path(path))
     except OSError:

@@ -20,8 +20,7 @@ _ENVIRONMENT = {"MALLOC_ARENA_MAX": "1"}
 class Process:
     """A worker process. ``inbox`` gets lines of its output as bytes, lines of its log as text, and None at the end.
 
-    Raises :class:`WorkerFailed` if it cannot be started.
-    """
+    Raises :class:`WorkerFailed` if it cannot be started."""
 
     def __init__(self, command: list[str]) -> None:
         environment = {**_ENVIRONMENT, **child_process.environment()}

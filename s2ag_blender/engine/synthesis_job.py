@@ -10,8 +10,7 @@ from . import client, decoding
 class SynthesisJob:
     """A :class:`client.Job` whose recording may have to be decoded first; with ``stage``, ``value``, ``poll``, ``outcome``.
 
-    Raises :class:`WorkerFailed` if no engine can be started.
-    """
+    Raises :class:`WorkerFailed` if no engine can be started."""
 
     def __init__(self, engine: client.WorkerClient, params: dict):
         self._engine, self._params = engine, params

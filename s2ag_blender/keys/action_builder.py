@@ -51,8 +51,7 @@ class ActionBuilder:
         """Build a new action with the ``keys`` of one motion, stamped with its provenance, in slices.
 
         A draft reuses its own action. The session_uid of a new action is added to ``made`` at once. Between slices anything
-        may happen to Blender's data: the caller must set ``armature`` and ``scene`` again before resuming.
-        """
+        may happen to Blender's data: the caller must set ``armature`` and ``scene`` again before resuming."""
         frames, rotations, settings, places, stood = keys
         place = self._place(frames)
         base = layers.base_action(self.armature, place.first, place.last, place.piece)

@@ -50,8 +50,7 @@ def apply_motion_in_slices(
 
     Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. A property that the rig
     needs to follow its bones, such as a switch from IK to FK, is keyed in the action; :func:`remove_motion` restores it.
-    Raises :class:`RigUnusable` or :class:`UsageError` before anything is changed.
-    """
+    Raises :class:`RigUnusable` or :class:`UsageError` before anything is changed."""
     if step < 1 or int(step) != step:
         raise UsageError(f"A key every {step} frames is not possible.", "Use a whole number of at least 1.")
     reading.require_armature(armature)
@@ -85,8 +84,7 @@ def apply_motion_in_slices(
 def remove_motion(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Remove a keyed motion from ``armature`` and restore the pose and property values that the rig had before.
 
-    Blender itself leaves everything at its last value when an action is unassigned. The action stays in the file.
-    """
+    Blender itself leaves everything at its last value when an action is unassigned. The action stays in the file."""
     animation = armature.animation_data
     if animation is not None:
         for track in list(animation.nla_tracks):
@@ -104,8 +102,7 @@ class Keys(NamedTuple):
     """Scene ``frames`` (keys,), ``rotations`` ``{bone: (keys, 4)}``, or (1, 4) if constant, and ``settings`` by data path.
 
     ``places`` ``{bone: (keys, 3)}`` are locations of the pelvis where the weight shifts; ``stood`` are the pelvis and the
-    bones of the legs.
-    """
+    bones of the legs."""
 
     frames: np.ndarray
     rotations: dict[str, np.ndarray]
@@ -139,8 +136,7 @@ def solve_keys_in_slices(
     Only frames from ``first`` to ``last`` are computed. A control rig is measured at every ``measured``-th frame of the
     motion and interpolated between them, which is quick and approximate. ``trunk`` returns the shape of the trunk, for
     callers that have read it before, which is slow. Changes nothing. Raises :class:`RigUnusable` for an unusable rig and
-    :class:`UsageError` where the motion has no frame in that range.
-    """
+    :class:`UsageError` where the motion has no frame in that range."""
     tell = report or _LOG.warning
     bones = reading.read(armature)
     mapping = reading.resolve_mapping(armature, bones, mapping)
@@ -179,8 +175,7 @@ def require_rate(scene: bpy.types.Scene) -> None:
 def at_scene_frames(motion: Motion, fps: float, step: int = 1) -> tuple[np.ndarray, Motion]:
     """Return frame offsets ``(keys,)`` for keys every ``step`` frames, and the motion resampled to them.
 
-    The last key is at or after the motion's end, so that nothing of it is cut off.
-    """
+    The last key is at or after the motion's end, so that nothing of it is cut off."""
     last = int(np.ceil((len(motion.directions) - 1) * fps / motion.fps / step - 1e-6))
     offsets = np.arange(last + 1) * step
     return offsets, motion.at(offsets * (motion.fps / fps), fps / step)

@@ -15,8 +15,7 @@ def ramp(frames: np.ndarray, length: int, at_end: bool = False) -> np.ndarray:
 def mix(rotations: dict[str, np.ndarray], others: dict[str, np.ndarray], share: np.ndarray) -> dict[str, np.ndarray]:
     """Interpolate ``{bone: (keys, 4)}`` from ``others`` (``share`` 0) to ``rotations`` (``share`` (keys,) 1).
 
-    ``others`` may be (4,) for a constant pose; bones that it lacks are at rest. Rotations of a single key are repeated.
-    """
+    ``others`` may be (4,) for a constant pose; bones that it lacks are at rest. Rotations of a single key are repeated."""
     mixed = {}
     for bone, values in rotations.items():
         values = np.broadcast_to(values, (len(share), 4))

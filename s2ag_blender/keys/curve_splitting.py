@@ -1,7 +1,6 @@
 """Splits F-curves at a frame so that the curve outside stays exactly the same, whatever is keyed inside.
 
-``points`` are the columns of a curve's keys, as :mod:`.keyframes` reads them: ``co`` and handles (n, 2), the rest (n,).
-"""
+``points`` are the columns of a curve's keys, as :mod:`.keyframes` reads them: ``co`` and handles (n, 2), the rest (n,)."""
 
 import numpy as np
 
@@ -16,8 +15,7 @@ def replace_between(points: Points, made: Points, last: float, codes: dict[str, 
     """Replace the keys of ``points`` from the first frame of ``made`` (ascending) to ``last`` by ``made``.
 
     Where the new keys do not start or end on the curve itself, an additional key one frame outside holds its value.
-    ``codes`` are the numbers of the interpolations ``CONSTANT``, ``LINEAR``, ``BEZIER`` and of the handle type ``FREE``.
-    """
+    ``codes`` are the numbers of the interpolations ``CONSTANT``, ``LINEAR``, ``BEZIER`` and of the handle type ``FREE``."""
     made = {name: np.array(values) for name, values in made.items()}
     first = float(made["co"][0, 0])
     before, key, _ = split(points, first, codes)
@@ -45,8 +43,7 @@ def replace_between(points: Points, made: Points, last: float, codes: dict[str, 
 def split(points: Points, at: float, codes: dict[str, int]) -> tuple[Points, Points, Points]:
     """Return the keys before frame ``at``, a key on the curve at it, and the keys after it: together the same curve.
 
-    Beyond its ends a curve is constant. Interpolations other than Bezier, linear and constant keep only the value at ``at``.
-    """
+    Beyond its ends a curve is constant. Interpolations other than Bezier, linear and constant keep only the value at ``at``."""
     x = points["co"][:, 0]
     count = len(x)
     left = int(np.searchsorted(x, at)) - 1  # the last key before

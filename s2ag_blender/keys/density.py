@@ -59,8 +59,7 @@ def most_keys(action: bpy.types.Action) -> int:
 def convert(armature: ArmatureObject, action: bpy.types.Action, tolerance: float | None, fps: float) -> None:
     """Key the curves of an action of this package on every frame, or, within ``tolerance`` (radians), with few keys.
 
-    Edits by hand are kept; curves that gestures do not key, and frames outside, stay unchanged.
-    """
+    Edits by hand are kept; curves that gestures do not key, and frames outside, stay unchanged."""
     paths, place = json_properties.read(action, KEYED, list), layers.Place.of(action)
     assert place is not None
     slot = layers.slot_of(armature, action)

@@ -2,8 +2,7 @@
 
 Shape keys are detected by name (:mod:`rigs.faces.shapes`); what no shape key can show, facial bones may
 (:mod:`rigs.faces.bones`), which are keyed like those of the body. The body's action stores which shape keys it drives and
-their former values, so that faces are shown and hidden with their take.
-"""
+their former values, so that faces are shown and hidden with their take."""
 
 import json
 from collections.abc import Callable
@@ -70,8 +69,7 @@ def key_face(
     """Key ``face``, which begins at frame ``start``, at the scene's ``frames`` (n,); return whether there are shape keys.
 
     ``action`` is the body's; nothing is assigned yet (:func:`show`). A sentence about parts that the face cannot show goes to
-    ``tell``. ``seen`` (n,) are weights of the face.
-    """
+    ``tell``. ``seen`` (n,) are weights of the face."""
     parts = face_lookup.find(armature, look=False)
     if parts is None:
         tell(translate("No shape keys that speak were found on {name}, so the face stays as it is.", name=armature.name))

@@ -1,8 +1,7 @@
 """Reduces dense keys to few: at strokes and at both ends of holds, and as many more as a tolerance requires.
 
 Between two keys a Bezier curve whose handles reach a third of the way is a cubic with given values and slopes, so the
-resulting curve is known before it is written.
-"""
+resulting curve is known before it is written."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -85,8 +84,7 @@ class KeyReducer:
     ) -> None:
         """Find the beats of ``rotations`` ``{bone: (keys, 4)}`` at ``frames`` (keys,), ``fps`` per second; ``limbs`` by bone.
 
-        ``tolerance`` is in radians; bones ``stood``, which together keep feet in place, have :data:`STANDING` at most.
-        """
+        ``tolerance`` is in radians; bones ``stood``, which together keep feet in place, have :data:`STANDING` at most."""
         self.frames, self.limbs, self.tolerance, self.stood = np.asarray(frames, float), limbs, tolerance, stood
         moving = {bone: values for bone, values in rotations.items() if len(values) == len(frames)}
         groups = {}
@@ -110,8 +108,7 @@ class KeyReducer:
 def reduce_keys(frames: np.ndarray, values: np.ndarray, tolerance: float, seeds: Beats) -> ReducedKeys:
     """Reduce a bone's ``values`` (keys, columns) at ``frames`` (keys,) to keys that deviate less than ``tolerance``.
 
-    ``tolerance`` has the units of the values and bounds the Euclidean deviation of all columns.
-    """
+    ``tolerance`` has the units of the values and bounds the Euclidean deviation of all columns."""
     slopes = np.gradient(values, frames, axis=0) if len(frames) > 1 else np.zeros_like(values)
     slopes[seeds.holds] = 0.0
     rows = np.union1d(seeds.rows, [0, len(frames) - 1]).astype(int)

@@ -47,8 +47,7 @@ def channels(bone: bpy.types.PoseBone, rotations: np.ndarray) -> Channels:
     """Return rotations ``(frames, 4)`` of a bone as channels in its rotation mode, without its locked channels.
 
     Euler angles and quaternion signs are continuous. Where a quaternion bone has single axes locked, those Euler axes stay
-    at rest, as with Blender's own tools.
-    """
+    at rest, as with Blender's own tools."""
     mode = bone.rotation_mode
     if mode in quaternion.EULER_ORDERS:
         values, locks, name = quaternion.to_euler(rotations, mode), bone.lock_rotation, "rotation_euler"
@@ -84,8 +83,7 @@ def write_action(
 
     ``places`` ``{bone: (frames, 3)}`` are locations to key as well. A bone with a single rotation, and the ``settings`` by
     data path, get one constant key at the first frame. Curves are grouped by bone and keys marked as generated; nothing is
-    assigned yet.
-    """
+    assigned yet."""
     action, slot, bag = compat.new_action(name, armature)
     keyed = [channels(armature.pose.bones[bone], values) for bone, values in rotations.items()]
     keyed += [place_channels(armature.pose.bones[bone], values) for bone, values in (places or {}).items()]
@@ -117,8 +115,7 @@ def write_channels(
     """Write channels at scene ``frames``, replacing the keys of existing curves from the first to the last of them.
 
     Values of one row are keyed on the first frame only. ``thinner`` chooses which keys to keep. Curves in ``cut`` (path,
-    index) keep their exact values outside the frames.
-    """
+    index) keep their exact values outside the frames."""
     present = {(curve.data_path, curve.array_index): curve for curve in bag.fcurves}
     groups = {group.name: group for group in bag.groups}
     for one in keyed:
@@ -170,8 +167,7 @@ def former_values(action: bpy.types.Action | None) -> dict[str, Any]:
 def restore_former_values(armature: ArmatureObject, action: bpy.types.Action, but: Collection[str] = ()) -> None:
     """Restore the values that :func:`store_former_values` stored on an action that no longer plays, except the paths ``but``.
 
-    Paths that no longer exist, as of renamed bones, are skipped.
-    """
+    Paths that no longer exist, as of renamed bones, are skipped."""
     for path, value in former_values(action).items():
         if path not in but:
             with contextlib.suppress(ValueError):

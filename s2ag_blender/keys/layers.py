@@ -1,8 +1,7 @@
 """Combines gestures with existing animation: merged into a copy of its action, on an NLA strip above it, or added as a layer.
 
 Existing actions are never changed. Actions of this package ("of ours") are recognised by their provenance, so that a second
-try on the same frames replaces the first one and leaves what is below unchanged.
-"""
+try on the same frames replaces the first one and leaves what is below unchanged."""
 
 import contextlib
 from collections.abc import Iterable, Iterator
@@ -65,8 +64,7 @@ class Place:
 def base_action(armature: ArmatureObject, first: int, last: int, piece: bool = False) -> bpy.types.Action | None:
     """Return the action with which gestures on these frames combine: the active one, or what it was made from if it is ours.
 
-    An action of ours of which only a ``piece`` is made anew is itself the base, since the rest of it stays.
-    """
+    An action of ours of which only a ``piece`` is made anew is itself the base, since the rest of it stays."""
     data = armature.animation_data
     action = data.action if data else None
 
@@ -132,8 +130,7 @@ def layer_channels(
     """Return the channels of an additive layer: the difference of ``rotations`` (keys, 4) from ``neutral`` (4,).
 
     ``share`` (keys,) scales it. Blender combines quaternions as rotations, but adds Euler angles and axis angles number by
-    number; so those are differences of numbers, exact over a base in the neutral pose and approximate elsewhere.
-    """
+    number; so those are differences of numbers, exact over a base in the neutral pose and approximate elsewhere."""
     result = []
     for name, values in rotations.items():
         bone = armature.pose.bones[name]
@@ -176,8 +173,7 @@ def show(armature: ArmatureObject, action: bpy.types.Action) -> None:
 def animation_below(armature: ArmatureObject, base: bpy.types.Action | None, span: Any) -> Iterator[None]:
     """Show only the animation below the gestures within a ``with`` block: ``base``, without our strips on these frames.
 
-    ``span`` is a ``takes.sources.Span``.
-    """
+    ``span`` is a ``takes.sources.Span``."""
     data = armature.animation_data_create()
     active, slot = data.action, compat.active_slot(armature)
     last = span.first if span.last is None else span.last

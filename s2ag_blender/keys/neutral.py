@@ -23,8 +23,7 @@ def rotations(
     """Return the bones' rotations (4,) in the neutral pose; cached for drafts while the rig stays the same.
 
     ``planned`` is a ``takes.generate.Plan``, ``former`` are values by data path from before the actions of this package.
-    Bones without a neutral rotation, such as legs, are at rest.
-    """
+    Bones without a neutral rotation, such as legs, are at rest."""
     uid = armature.session_uid
     key = (readiness.rig_signature(armature), planned.mapping, planned.options, _bone_numbers(armature, former), hands)
     if not planned.draft or uid not in _CACHE or _CACHE[uid][0] != key:

@@ -13,8 +13,7 @@ APART = 0.16
 def change_speed(motion: Motion, speed: float) -> Motion:
     """Return the motion with strokes ``speed`` times as fast half-way, and slower where they turn.
 
-    The turning points of the hands, which are in sync with the words, keep their times.
-    """
+    The turning points of the hands, which are in sync with the words, keep their times."""
     if speed == 1.0 or len(motion.directions) < 4:
         return motion
     turns = np.concatenate([[0], _turning_points(motion), [len(motion.directions) - 1]])

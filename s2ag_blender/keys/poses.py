@@ -37,8 +37,7 @@ def directions(armature: ArmatureObject, bones: Bones, mapping: Mapping, options
     """Return the character's current pose as unit edge directions ``(9, 3)`` in the canonical frame.
 
     The inverse of retargeting: arms have their actual directions relative to the hips; torso, neck, head and clavicles are
-    the mean of the training data, rotated by the bones' rotations from rest. Parts without bones have the mean.
-    """
+    the mean of the training data, rotated by the bones' rotations from rest. Parts without bones have the mean."""
     options = options or Options()
     frame = character_frame(bones, mapping)
     shown = posed_bones(armature, bones)

@@ -22,8 +22,7 @@ def export(scene: bpy.types.Scene, character: Character, path: str | Path) -> No
     """Write ``path`` by its suffix, completely or not at all.
 
     A ``.blend`` has the whole scene, other formats only the character, in the scene's frame range. Raises
-    :class:`UsageError` for another suffix and :class:`OutputUnwritable` where writing fails.
-    """
+    :class:`UsageError` for another suffix and :class:`OutputUnwritable` where writing fails."""
     path = Path(path)
     writers = {".blend": _blend, ".bvh": _bvh, ".fbx": _fbx, ".glb": _glb} | dict.fromkeys(SUFFIXES[4:], _usd)
     if path.suffix.lower() not in writers:

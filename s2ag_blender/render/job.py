@@ -2,8 +2,7 @@
 
 The job is a JSON object with the fields of :class:`Job`; with a single performer it may have the fields of
 :class:`Performer` itself. JSON lines on stdout report on it: ``progress`` (stage, value 0..1), then one ``result`` or
-``error`` (kind, message, remedy). The exit status is 0, or 2 after an error.
-"""
+``error`` (kind, message, remedy). The exit status is 0, or 2 after an error."""
 
 import contextlib
 import sys
@@ -30,8 +29,7 @@ class Performer:
     """A character with its ``motions`` (``.npz`` paths; the last one becomes active) and ``audio`` or None.
 
     They begin ``delay`` seconds into the scene. ``map`` and ``face_map`` are paths or None, ``outputs`` are files of this
-    character alone (.bvh, .fbx, .glb, .usd).
-    """
+    character alone (.bvh, .fbx, .glb, .usd)."""
 
     motions: tuple[str, ...]
     audio: str | None = None
@@ -49,8 +47,7 @@ class Job:
     """A job. ``outputs`` are files of the scene, or of the first performer where the suffix is that of a character file.
 
     A stem with ``####`` is a series of numbered images; ``resume`` keeps existing ones. ``engine``, ``resolution``,
-    ``samples`` and ``fps`` are the scene's own if None; ``frame`` of a still is the most expressive one if None.
-    """
+    ``samples`` and ``fps`` are the scene's own if None; ``frame`` of a still is the most expressive one if None."""
 
     performers: tuple[Performer, ...]
     outputs: tuple[str, ...] = ()

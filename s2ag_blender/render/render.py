@@ -41,8 +41,7 @@ class Look:
 
     ``engine`` is one of :data:`ENGINES`, or None for the scene's own with its own settings; ``percentage`` scales the
     resolution; ``samples`` are the engine's (None for a good choice; 1, 5, 8, 11, 16 or 32 with Workbench); ``transparent``
-    leaves the background out.
-    """
+    leaves the background out."""
 
     engine: str | None = "workbench"
     percentage: int = 100
@@ -59,8 +58,7 @@ def film(
     """Render the scene's frame range to H.264 with the sequencer's sound as AAC in an ``.mp4``, completely or not at all.
 
     ``progress`` is called with the share done (0..1) after every frame. Raises :class:`BlenderUnavailable` where the engine
-    gets no OpenGL context, :class:`OutputUnwritable` where the file cannot be written.
-    """
+    gets no OpenGL context, :class:`OutputUnwritable` where the file cannot be written."""
     with atomic_file(path) as temporary, _restore_settings(scene):
         _set_engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
         render = scene.render
@@ -92,8 +90,7 @@ def images(
     """Render the scene's frame range to numbered images: ``shot.####.png`` (8 bit) or ``.exr`` (half floats, lossless).
 
     Each image is written completely or not at all; ``resume`` keeps existing ones. Transparent images have an alpha channel.
-    Raises the errors of :func:`film`.
-    """
+    Raises the errors of :func:`film`."""
     path = check_output(path)
     places = {frame: numbered(path, frame) for frame in range(scene.frame_start, scene.frame_end + 1)}
     missing = [frame for frame, place in places.items() if not (resume and place.is_file())]

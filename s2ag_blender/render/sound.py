@@ -13,8 +13,7 @@ def add_sound(scene: bpy.types.Scene, path: str | Path, start_frame: int, name: 
     """Add a strip of the sound file ``path`` at ``start_frame`` and sync playback to audio; return the strip.
 
     Films that Blender's Render menu makes have sound from then on: a scene's codec is none at first.
-    An existing strip of that file and frame is used; others stay. Raises :class:`AudioUnreadable`.
-    """
+    An existing strip of that file and frame is used; others stay. Raises :class:`AudioUnreadable`."""
     path = Path(path).resolve()
     if not path.is_file():
         raise AudioUnreadable(f"{path} does not exist.", "Name an audio file.")

@@ -28,8 +28,7 @@ _STUDIO = "paint.sl"
 class Place:
     """Where characters stand: ``ground`` (3,) between the feet, ``height``, and unit vector ``facing`` (3,), in metres.
 
-    ``breadth`` is the distance between the outermost of several characters.
-    """
+    ``breadth`` is the distance between the outermost of several characters."""
 
     ground: np.ndarray
     height: float

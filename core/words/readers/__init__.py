@@ -3,8 +3,7 @@
 Plain text; SRT, WebVTT, ASS subtitles; Praat TextGrids; JSON of Whisper, whisper.cpp, WhisperX, Google, GENEA, Gentle, the
 Montreal Forced Aligner, Vosk, Amazon, Deepgram and our own ``[word, start, end]``; NIST CTM; labels in columns
 (Audacity, GENEA, MFA, Whisper).
-Every reader raises :class:`TranscriptUnreadable` for files that it cannot read.
-"""
+Every reader raises :class:`TranscriptUnreadable` for files that it cannot read."""
 
 import re
 from pathlib import Path

@@ -28,8 +28,7 @@ class Source:
 def parse_times(start: object, end: object) -> tuple[float, float] | None:
     """Convert start and end to seconds, from numbers, ``"1.5"``, ``"1.5s"`` or ``{"seconds": "1", "nanos": 5}``.
 
-    Returns None unless both are valid and in order.
-    """
+    Returns None unless both are valid and in order."""
     first, last = _seconds(start), _seconds(end)
     if first is None or last is None or not 0 <= first <= last < MAX_SECONDS:
         return None

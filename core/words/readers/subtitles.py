@@ -27,8 +27,7 @@ def detect(head: str) -> str | None:
 def parse(content: str, form: str, path: Path) -> Source:
     """Parse subtitles: one item for every cue, or for every word of a cue that has word times.
 
-    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
-    """
+    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`."""
     try:
         import pysubs2
     except ModuleNotFoundError as error:
@@ -60,8 +59,7 @@ def _strip_overrides(text: str) -> str:
 def _drop_repeated_lines(text: str, before: str) -> tuple[str, str]:
     """Remove lines at the start that repeat the last line of the previous cue ``before``, as in roll-up captions.
 
-    Returns the remaining text, and the full text of this cue without tags.
-    """
+    Returns the remaining text, and the full text of this cue without tags."""
     lines = [line for line in text.split("\n") if line.strip()]
     previous = before.split("\n")
     plain = "\n".join(_strip_tags(line) for line in lines)

@@ -19,8 +19,7 @@ def is_textgrid(head: str) -> bool:
 def parse(content: str, path: Path) -> Source:
     """Parse the tier of words, else the one with the most text that does not look like phones.
 
-    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`.
-    """
+    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`."""
     try:
         from praatio.utilities.textgrid_io import parseTextgridStr
     except ModuleNotFoundError as error:
