@@ -10,8 +10,8 @@ import numpy as np
 
 from .errors import UnknownStyle, UsageError
 from .settings import AFFECTS, CONTROLS, Settings, sliders
+from .style_names import RANDOM, split_sequence  # noqa: F401
 
-RANDOM = "random"
 TAKE_SPREAD, TAKE_CONTROL_SPREAD = 0.4, 0.6
 """Variation between takes: of styles, as a share of the spread between speakers, and of controls (standard deviations)."""
 _TRANSITION_FRAMES = 9
@@ -50,11 +50,6 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     if not total:
         raise UnknownStyle("All style weights are zero.", "Give at least one style a weight above zero.")
     return {index: weight / total for index, weight in weights.items()}
-
-
-def split_sequence(expression: str | dict) -> list[str | dict]:
-    """Split a style sequence ``A > B > C``, evenly spaced from the recording's start to its end, into its styles."""
-    return [part.strip() for part in expression.split(">")] if isinstance(expression, str) else [expression]
 
 
 def interpolate_sequence(points: np.ndarray, frames: int) -> np.ndarray:

@@ -5,6 +5,7 @@ from typing import Any
 import bpy
 
 from . import translations
+from .lazy_modules import has_run
 from .takes import engine_requests
 from .ui import (
     bone_check,
@@ -88,7 +89,8 @@ def unregister() -> None:
     engine_ops.stop()
     for system in reversed(SYSTEMS):
         system.unregister()
-    engine_requests.stop_engine()
+    if has_run(engine_requests):
+        engine_requests.stop_engine()
     del _WINDOW_MANAGER.s2ag
     del _OBJECT.s2ag
     for cls in reversed(CLASSES):

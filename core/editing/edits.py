@@ -12,12 +12,11 @@ from ..errors import UsageError
 from ..files import atomic_file
 from ..settings import AFFECTS
 from .gestures import HANDS
+from .names import LARGEST, LEAST
 
 FORMAT = 1
 MOST = 2000
 """Most edits in a document."""
-LEAST, LARGEST = 0.4, 2.0
-"""Least and largest factor on a gesture's size."""
 _MAX_SECONDS = 13 * 3600.0
 _MAX_BYTES = 10_000_000
 _MAX_NAME = 60

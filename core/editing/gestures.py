@@ -8,11 +8,8 @@ import numpy as np
 from ..motion.motion import Motion
 from ..synthesis import strokes
 from ..synthesis.strokes import wrist_speeds
+from .names import BEAT, REST  # noqa: F401
 
-BEAT = "beat"
-"""Kind of a gesture that follows the rhythm of speech and has no meaning of its own."""
-REST = "rest"
-"""Kind of an edit by which no gesture is there: hands go home for a moment."""
 HANDS = ("left", "right", "both")
 
 _BOTH_SHARE = 0.55

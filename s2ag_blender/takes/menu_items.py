@@ -1,4 +1,7 @@
-"""Items of the panel's menus and search fields: styles of the checkpoint, sound strips of the scene, bones."""
+"""Items of the panel's menus and search fields: styles of the checkpoint, kinds of gestures, sound strips of the scene, bones.
+
+Registering the extension runs this file, which therefore imports what is slow to load where it is used.
+"""
 
 import functools
 import re
@@ -8,12 +11,10 @@ from typing import Any
 import blf
 import bpy
 
-from ...core.editing import gestures
+from ...core.editing.names import BEAT, REST
 from ...core.errors import CheckpointUnreadable
-from ...core.meaning import vocabulary
-from ...core.model import checkpoint_metadata
 from ...core.settings import checkpoint_of
-from ...core.styles import RANDOM, split_sequence
+from ...core.style_names import RANDOM, split_sequence
 from .. import compat
 from ..datablocks import Context
 from ..translations import translate
@@ -38,6 +39,8 @@ def speakers_and_controls(settings: Any = None) -> dict[str, Any]:
     """Return the speakers and controls of a character's checkpoint (the shipped one's without ``settings``); empty where it
     cannot be read.
     """
+    from ...core.model import checkpoint_metadata
+
     checkpoint = checkpoint_of(settings) if settings is not None else ""
     path = checkpoint_metadata.locate(bpy.path.abspath(checkpoint))
     facts = checkpoint_metadata.metadata_path(path)
@@ -47,6 +50,8 @@ def speakers_and_controls(settings: Any = None) -> dict[str, Any]:
 @functools.lru_cache(maxsize=4)
 def _read_checkpoint(path: Path, written: int) -> dict[str, Any]:
     """Return a checkpoint's metadata, cached by its file's time ``written`` since the panel reads it at every redraw."""
+    from ...core.model import checkpoint_metadata
+
     try:
         return checkpoint_metadata.describe(path)
     except CheckpointUnreadable:
@@ -126,12 +131,21 @@ _SHOWN = {
     "contrast": "One hand weighs against the other", "step": "A hand sets down one thing after the other",
     "question": "An open hand asks",
 }  # fmt: skip
-KINDS = (
-    (gestures.BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
-    *((name, name.replace("_", " ").capitalize(), _SHOWN.get(name, "")) for name in vocabulary.load_vocabulary().gestures),
-    (gestures.REST, "Rest", "No gesture: both hands go home for a moment"),
-)
-"""Items of the kinds of a gesture, each with what it shows."""
+
+
+@functools.cache  # Blender keeps no reference to the texts of a menu
+def kinds(first: tuple[tuple[str, str, str], ...] = ()) -> tuple[tuple[str, str, str], ...]:
+    """Return the items of the kinds of a gesture, each with what it shows, behind the items ``first``."""
+    from ...core.meaning import vocabulary
+
+    return (
+        *first,
+        (BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
+        *((name, name.replace("_", " ").capitalize(), _SHOWN.get(name, "")) for name in vocabulary.load_vocabulary().gestures),
+        (REST, "Rest", "No gesture: both hands go home for a moment"),
+    )
+
+
 MOODS = (
     ("excited", "Excited", "Large, fast, high and often", {"arousal": 1.0}),
     ("sleepy", "Sleepy", "Small, slow, low and seldom", {"arousal": -1.0}),
@@ -142,12 +156,17 @@ MOODS = (
     ("plain", "Neither", "No feeling, whatever the voice says", {"arousal": 0.0, "valence": 0.0, "dominance": 0.0}),
 )
 """Feelings: name, label, what they look like, and affects."""
-_LABELS = {name: label for name, label, _ in (*KINDS, *HANDS)}
 
 
 def gesture_label(name: str) -> str:
     """Return the label of a kind or a hand."""
-    return translate(_LABELS.get(name, name))
+    return translate(labels().get(name, name))
+
+
+@functools.cache
+def labels() -> dict[str, str]:
+    """Return the labels of kinds and hands."""
+    return {name: label for name, label, _ in (*kinds(), *HANDS)}
 
 
 TEMPERAMENTS = {

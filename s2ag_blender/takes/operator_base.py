@@ -1,5 +1,7 @@
 """Base class of the operators that run the engine: modal with a window, to completion in background mode."""
 
+from __future__ import annotations  # names of modules that have not run yet
+
 from typing import TYPE_CHECKING, Any, cast
 
 import bpy

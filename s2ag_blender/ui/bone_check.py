@@ -1,15 +1,17 @@
 """Operators for checking a bone map: select its bones, show a test pose, fill a row from the selection."""
 # pyright: reportInvalidTypeForm=false
 
+import functools
+from typing import Any
+
 import bpy
 
 from ...core.errors import S2agError
-from ...rigs.detect import ROWS
 from .. import compat
 from ..datablocks import ArmatureObject, Context
 from ..keys import test_pose
 from ..rig import chosen_bones, readiness
-from ..takes.stored_settings import options
+from ..takes import bone_map_files, stored_settings
 from ..translations import translate, translate_error
 from .bases import OperatorResult, require_character
 from .bone_maps import OfCharacter
@@ -28,6 +30,15 @@ def gesturing_bones(armature: ArmatureObject) -> list[str]:
     return [name for row in readiness.readiness_of(armature).rows for name in row.bones if name in armature.data.bones]
 
 
+@functools.cache  # Blender keeps no reference to the texts of a menu
+def _part_items() -> list[tuple[str, str, str]]:
+    return bone_map_files.parts()
+
+
+def _parts(operator: Any, context: Any) -> Any:
+    return _part_items()
+
+
 class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     """Take the bones that are selected in pose mode, from the body outwards"""
 
@@ -37,7 +48,7 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     part: bpy.props.EnumProperty(
         name="Part",
         description="Part of the body that the bones are",
-        items=[(part, readiness.label(part), "") for part in (*ROWS, "crown")],
+        items=_parts,
     )
 
     @classmethod
@@ -89,7 +100,7 @@ class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):
         warnings: list[str] = []
         try:
             mapping = chosen_bones.mapping_of_settings(armature.s2ag)
-            test_pose.show_test_pose(armature, context.scene, mapping, options(armature.s2ag), warnings.append)
+            test_pose.show_test_pose(armature, context.scene, mapping, stored_settings.options(armature.s2ag), warnings.append)
         except S2agError as error:
             self.report({"ERROR"}, translate_error(error))
             return {"CANCELLED"}

@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ...core.editing.edits import LARGEST, LEAST
+from ...core.editing.names import LARGEST, LEAST
 from ...core.errors import UsageError
 from ...core.settings import AFFECTS
 from ..datablocks import Context
@@ -13,7 +13,7 @@ from ..takes import decisions, gesture_edits, menu_items, take_list
 from ..takes.operator_base import character
 from ..translations import translate
 from .bases import OperatorResult, require_character
-from .directing import AS_IT_IS, RESTS, Directing
+from .directing import AS_IT_IS, RESTS, Directing, kinds_or_same
 from .panel import Sidebar
 from .setting_properties import SETTINGS
 
@@ -79,7 +79,7 @@ class S2AG_OT_change_decision(_OnDecision, bpy.types.Operator):
         subtype="TIME_ABSOLUTE",
         options={"SKIP_SAVE"},
     )
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(AS_IT_IS, *menu_items.KINDS))
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds_or_same)
     hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *menu_items.HANDS))
     size: bpy.props.FloatProperty(
         name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST

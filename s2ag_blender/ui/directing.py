@@ -5,12 +5,12 @@ from typing import Any, cast
 
 import bpy
 
-from ...core.editing.edits import LARGEST, LEAST
+from ...core.editing.names import LARGEST, LEAST
 from ...core.errors import UsageError
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Context
-from ..takes import constraints, generate, gesture_edits, take_list
-from ..takes.menu_items import HANDS, KINDS
+from ..takes import constraints, generate, gesture_edits, menu_items, take_list
+from ..takes.menu_items import HANDS
 from ..translations import translate
 from .bases import OperatorResult, require_character
 from .take_ops import OfTake, OnTake, selected
@@ -19,6 +19,16 @@ AS_IT_IS = ("keep", "As It Is", "")
 RESET: Any = {"SKIP_SAVE"}  # else Blender starts with the values of the last press: a changed hand also grows
 _REMEMBERED: Any = {"HIDDEN", "SKIP_SAVE"}
 _SEARCH_ITEMS: list[tuple[str, str, str]] = []  # Blender does not keep the strings of enum items alive
+
+
+def kinds(operator: Any, context: Any) -> Any:
+    """Return the items of the kinds of a gesture."""
+    return menu_items.kinds()
+
+
+def kinds_or_same(operator: Any, context: Any) -> Any:
+    """Return the items of the kinds of a gesture, behind the one that changes nothing."""
+    return menu_items.kinds((AS_IT_IS,))
 
 
 class Directing(OfTake):
@@ -39,7 +49,7 @@ class Directing(OfTake):
         has_gestures = provenance.read(take.action) and gesture_edits.GESTURES in take.action
         return "" if has_gestures else translate("The gestures of this take are not known: generate it again")
 
-    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+    def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         action = take_list.active(armature).action
         before, new = self.edits(context, action)
         pins = {"pins": self.pins} if self.pins else {}
@@ -131,7 +141,7 @@ class S2AG_OT_change_gesture(Directing, bpy.types.Operator):
     bl_idname = "s2ag.change_gesture"
     bl_label = "Change Gesture"
 
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=(AS_IT_IS, *KINDS), options=RESET)
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds_or_same, options=RESET)
     hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
     size: bpy.props.FloatProperty(
         name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=RESET
@@ -151,7 +161,7 @@ class S2AG_OT_add_gesture(Directing, bpy.types.Operator):
     bl_label = "Add Gesture"
     at_gesture = False
 
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=KINDS, options=RESET)
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds, options=RESET)
     hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
     size: bpy.props.FloatProperty(
         name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=RESET
@@ -183,7 +193,7 @@ class S2AG_OT_add_at_word(OnTake, bpy.types.Operator):
     bl_property = "word"
 
     word: bpy.props.EnumProperty(name="Word", description="Where its stroke is", items=_word_items, options={"SKIP_SAVE"})
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=KINDS)
+    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds)
 
     @classmethod
     def poll(cls, context: Context) -> bool:

@@ -10,9 +10,7 @@ import bpy
 from ...core.errors import S2agError
 from ...core.worker import interpreter
 from ..datablocks import Context, current_context
-from ..engine import engine_state, errors_log
-from ..engine.client import find_interpreter, is_chosen
-from ..engine.engine_state import STATE
+from ..engine import client, engine_state, errors_log
 from ..takes import engine_requests
 from ..takes.operator_base import redraw
 from ..translations import translate, translate_error
@@ -25,10 +23,10 @@ def begin(context: Context, path: str = "") -> interpreter.Check:
     Call :func:`tick` until it returns False. Raises :class:`S2agError` if there is no such engine.
     """
     chosen = interpreter.find_python(path) if path else engine_state.interpreter(context)
-    python = find_interpreter(chosen)
-    STATE.error = None
-    STATE.work, STATE.chosen = interpreter.Check(python if is_chosen(chosen) else None), path
-    return STATE.work
+    python = client.find_interpreter(chosen)
+    engine_state.STATE.error = None
+    engine_state.STATE.work, engine_state.STATE.chosen = interpreter.Check(python if client.is_chosen(chosen) else None), path
+    return engine_state.STATE.work
 
 
 def check(context: Context, path: str = "") -> dict:
@@ -42,7 +40,7 @@ def check(context: Context, path: str = "") -> dict:
 
 def tick() -> bool:
     """Poll the check under way; return True while it goes on."""
-    work = STATE.work
+    work = engine_state.STATE.work
     if work is None:
         return False
     context = current_context()
@@ -59,19 +57,19 @@ def tick() -> bool:
 
 def stop() -> None:
     """Cancel the check under way."""
-    if STATE.work is not None:
-        STATE.work.cancel()
+    if engine_state.STATE.work is not None:
+        engine_state.STATE.work.cancel()
         tick()
 
 
 def _finish(context: Context) -> None:
     """End the check: store its facts and use the engine, or store its error."""
-    work, STATE.work = STATE.work, None
+    work, engine_state.STATE.work = engine_state.STATE.work, None
     assert work is not None
     if work.error is None:
-        if STATE.chosen:
-            engine_state.choose(context, STATE.chosen)
-        STATE.facts = work.result
+        if engine_state.STATE.chosen:
+            engine_state.choose(context, engine_state.STATE.chosen)
+        engine_state.STATE.facts = work.result
         engine_requests.stop_engine()  # the next request starts the new one
     elif work.error.kind != "Cancelled":
         _store_error(work.error, work.lines)
@@ -79,7 +77,7 @@ def _finish(context: Context) -> None:
 
 def _store_error(error: S2agError, lines: Sequence[str] = ()) -> None:
     """Show ``error`` in the preferences, and save the log with what the check printed."""
-    STATE.error = error
+    engine_state.STATE.error = error
     for line in lines:
         errors_log.add_line(line)
     errors_log.save(error)
@@ -92,7 +90,7 @@ def _on_timer() -> float | None:
 
 def _is_idle(cls: Any) -> bool:
     """Return whether no check is under way; else set the poll message of an operator class."""
-    if STATE.work is not None:
+    if engine_state.STATE.work is not None:
         cls.poll_message_set(translate("The engine is being tried"))
         return False
     return True
@@ -108,7 +106,7 @@ def _check(operator: bpy.types.Operator, context: Context, path: str = "") -> Op
             begin(context, path)
             bpy.app.timers.register(_on_timer, first_interval=0.1)
     except S2agError as error:
-        if STATE.error is not error:
+        if engine_state.STATE.error is not error:
             _store_error(error)
         operator.report({"ERROR"}, translate_error(error))
         return {"CANCELLED"}
@@ -167,11 +165,11 @@ class S2AG_OT_engine_cancel(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return STATE.work is not None
+        return engine_state.STATE.work is not None
 
     def execute(self, context: Context) -> OperatorResult:
-        if STATE.work is not None:
-            STATE.work.cancel()
+        if engine_state.STATE.work is not None:
+            engine_state.STATE.work.cancel()
         return {"FINISHED"}
 
 

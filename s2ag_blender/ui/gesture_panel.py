@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ...core.editing import gestures
+from ...core.editing.names import BEAT
 from ..datablocks import Context
 from ..takes import gesture_edits, menu_items, retiming, take_list, versions
 from ..takes.operator_base import character
@@ -32,7 +32,7 @@ class S2AG_UL_gestures(bpy.types.UIList):
             return
         row = layout.split(factor=_WORD_SHARE, align=True)
         moved = item.frame != gesture.frame
-        kind = _hand_label(gesture.hand) if gesture.kind == gestures.BEAT else menu_items.gesture_label(gesture.kind)
+        kind = _hand_label(gesture.hand) if gesture.kind == BEAT else menu_items.gesture_label(gesture.kind)
         row.label(text=f"{item.frame}  {gesture.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
         row.label(text=kind, translate=False)
 

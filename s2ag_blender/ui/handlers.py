@@ -5,15 +5,14 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
+from ..lazy_modules import has_run
 from ..rig import readiness
 from ..takes import drafts, preview, session
 
 
 @persistent
 def _before_load(*_: Any) -> None:
-    preview.stop()
-    session.clear()
-    readiness.stop()
+    _stop()
 
 
 @persistent
@@ -23,18 +22,33 @@ def _before_save(*_: Any) -> None:
 
 @persistent
 def _after_undo(*_: Any) -> None:
-    readiness.clear_cache()
-    if not preview.is_on():
+    if has_run(readiness):
+        readiness.clear_cache()
+    if has_run(preview) and not preview.is_on():
         preview.stop()  # undo may restore a draft action
 
 
 @persistent
 def _after_update(_scene: bpy.types.Scene, depsgraph: Any = None, *_: Any) -> None:
     # Called on every change of anything, so it must be cheap.
+    if not has_run(readiness):
+        return
     if depsgraph.id_type_updated("ARMATURE"):
         readiness.note_change(rigs=True)
     elif depsgraph.id_type_updated("OBJECT"):
         readiness.note_change()
+
+
+def _stop() -> None:
+    """Stop preview, runs and timers, as far as there are any."""
+    if has_run(preview):
+        preview.stop()
+        if bpy.app.timers.is_registered(preview.tick):
+            bpy.app.timers.unregister(preview.tick)
+    if has_run(session):
+        session.clear()
+    if has_run(readiness):
+        readiness.stop()
 
 
 _HANDLERS: tuple[tuple[list, Any], ...] = (
@@ -56,8 +70,4 @@ def unregister() -> None:
     """Remove the handlers, and stop preview, runs and timers."""
     for events, handler in reversed(_HANDLERS):
         events.remove(handler)
-    preview.stop()
-    if bpy.app.timers.is_registered(preview.tick):
-        bpy.app.timers.unregister(preview.tick)
-    session.clear()
-    readiness.stop()
+    _stop()

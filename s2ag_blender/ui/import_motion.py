@@ -8,16 +8,13 @@ import bpy
 from bpy_extras.io_utils import ImportHelper
 
 from ...core.errors import S2agError
-from ...core.motion.readers import motion_files
 from ..datablocks import ArmatureObject, Context
-from ..keys.apply import apply_motion
+from ..keys import apply
 from ..rig import chosen_bones
 from ..takes import drafts, stored_settings
 from ..translations import translate, translate_error
 from .bases import LayoutMixin, OperatorResult, require_character
 from .bone_maps import OfCharacter
-
-_PATTERNS = ";".join(f"*{suffix}" for suffix in motion_files.SUFFIXES)
 
 
 def apply_motion_file(
@@ -31,9 +28,11 @@ def apply_motion_file(
 
     ``report`` is called with each warning. Raises :class:`S2agError` before anything is changed.
     """
+    from ...core.motion.readers import motion_files  # registering needs none of it
+
     motion = motion_files.load(path)
     settings = armature.s2ag
-    return apply_motion(
+    return apply.apply_motion(
         armature,
         motion.mirrored() if mirror else motion,
         start,
@@ -50,7 +49,7 @@ class S2AG_OT_import_motion(OfCharacter, bpy.types.Operator, ImportHelper):
     bl_idname = "s2ag.import_motion"
     bl_label = "Perform Motion File"
 
-    filter_glob: bpy.props.StringProperty(default=_PATTERNS, options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(default="*.npz;*.bvh", options={"HIDDEN"})
     at_playhead: bpy.props.BoolProperty(
         name="From the Playhead", description="Begin at the current frame instead of the scene's first"
     )

@@ -49,7 +49,7 @@ class S2AG_OT_generate(GeneratingOperator, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+    def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         return generate.plan_directed(context, armature) if self.keep_decisions else super().planned(context, armature)
 
     @classmethod

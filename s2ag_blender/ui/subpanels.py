@@ -6,8 +6,7 @@ import bpy
 
 from ..characters import face_lookup
 from ..datablocks import ArmatureObject, Context
-from ..keys import density, test_pose
-from ..keys.apply import scene_fps
+from ..keys import apply, density, test_pose
 from ..rig import chosen_bones, facemaps, readiness
 from ..takes import control_curves, markers, menu_items, take_list
 from ..takes.operator_base import character
@@ -149,7 +148,7 @@ class S2AG_PT_frames(_SubPanel, bpy.types.Panel):
             column.prop(settings, "start_frame")
         elif settings.range == "OWN":
             column.label(text="The strip tells the frames", icon="INFO")
-        text = translate("Keyed at {fps:g} frames a second, as the scene", fps=scene_fps(context.scene))
+        text = translate("Keyed at {fps:g} frames a second, as the scene", fps=apply.scene_fps(context.scene))
         draw_sentence(column, text, "INFO")
         column = layout.column(heading="Add")
         sound = column.column()

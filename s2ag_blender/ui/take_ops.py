@@ -98,7 +98,7 @@ class S2AG_OT_reroll(OfTake, bpy.types.Operator):
     bl_idname = "s2ag.reroll"
     bl_label = "Re-Roll"
 
-    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+    def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         action = take_list.active(armature).action
         return generate.plan(context, armature, **take_list.reroll_arguments(armature, action))
 
@@ -119,7 +119,7 @@ class S2AG_OT_vary(OfTake, bpy.types.Operator):
     )
     count: bpy.props.IntProperty(name="Variations", description="How many variations to make", default=3, min=1, max=15)
 
-    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+    def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         action = take_list.active(armature).action
         return generate.plan(context, armature, **take_list.variation_arguments(armature, action, self.spread, self.count))
 
@@ -139,7 +139,7 @@ class S2AG_OT_style_grid(GeneratingOperator, bpy.types.Operator):
             cls.poll_message_set(reason)
         return not reason
 
-    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+    def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         styles = menu_items.style_names(armature.s2ag)
         return generate.plan(context, armature, styles=styles)
 

@@ -1,11 +1,11 @@
 """Operator that adds a person with the example recording, generates gestures and plays them, in one press."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import bpy
-import numpy as np
 from mathutils import Euler, Vector
 
 from ...core.errors import S2agError
@@ -85,7 +85,7 @@ class S2AG_OT_try_it(GeneratingOperator, bpy.types.Operator):
             return False
         return True
 
-    def _done(self, uid: int, name: str, outcome: generate.Outcome) -> OperatorResult:
+    def _done(self, uid: int, name: str, outcome: "generate.Outcome") -> OperatorResult:
         context = current_context()
         scene = context.scene
         armature = next((item for item in scene.objects if item.session_uid == uid and is_armature(item)), None)
@@ -122,6 +122,6 @@ def frame_view(context: Context) -> None:
         tall = max((armature.matrix_world @ Vector(corner)).z for item in people for corner in item.bound_box)
         view = space.region_3d
         view.view_perspective = "PERSP"
-        view.view_rotation = Euler((np.radians(87), 0, np.radians(8))).to_quaternion()
+        view.view_rotation = Euler((math.radians(87), 0, math.radians(8))).to_quaternion()
         view.view_location = armature.matrix_world.translation + Vector((0, 0, _MIDDLE * tall))
         view.view_distance = _DISTANCE * tall

@@ -31,7 +31,7 @@ class S2AG_OT_follow_sound(GeneratingOperator, bpy.types.Operator):
             return False
         return True
 
-    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+    def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         return generate.follow_arguments(context, armature)
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
@@ -51,7 +51,7 @@ class S2AG_OT_follow_sound(GeneratingOperator, bpy.types.Operator):
         return {"FINISHED"}
 
 
-def _sound_change(context: Context) -> retiming.Change:
+def _sound_change(context: Context) -> "retiming.Change":
     """Return how the sound of the selected take has changed, where a poll has made sure that it has."""
     what = retiming.change(take_list.active(require_character(context)).action, context.scene)
     assert what is not None

@@ -4,6 +4,7 @@ Blender has no layout to draw on without a window, so panels are drawn on a stan
 ones' Python side does (a call, the look-up of the property, a note); what is measured is the extension's own work.
 """
 
+import os
 import subprocess
 import sys
 import textwrap
@@ -22,7 +23,7 @@ from s2ag.s2ag_blender.takes import take_list  # noqa: E402
 from s2ag.s2ag_blender.ui import handlers  # noqa: E402
 
 HELLO = Path(s2ag.__file__).parent / "examples" / "hello.flac"
-DRAW, REGISTER = 0.002, 0.150
+DRAW, REGISTER = 0.002, 0.100
 """Seconds that all panels, and registering, may cost; of the processor's time, so that a busy machine does not count."""
 
 
@@ -52,8 +53,8 @@ def test_draw_all_panels(benchmark, figure):
     assert best < DRAW
 
 
-def test_register(benchmark):
-    """In a fresh Blender each time, with all that registering imports."""
+def test_register(benchmark, tmp_path):
+    """In a fresh Blender each time, with all that registering imports; the first one compiles it, too, as after installing."""
     code = textwrap.dedent("""
         import sys, time, bpy
         import s2ag
@@ -62,15 +63,19 @@ def test_register(benchmark):
         print(time.process_time() - began)
         assert not {"torch", "librosa", "gensim"} & set(sys.modules)
     """)
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    kept["PYTHONPYCACHEPREFIX"] = str(tmp_path)
 
     def once():
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=kept)
         found.append(float(next(line for line in done.stdout.splitlines() if line.replace(".", "").isdigit())))
 
     found = []
+    once()
     benchmark.pedantic(once, rounds=5)
-    print(f"\nregister: {sorted(found)[2] * 1000:.0f} ms (median of 5), {min(found) * 1000:.0f} ms at best")
-    assert min(found) < REGISTER
+    first, *later = found
+    print(f"\nregister: {first * 1000:.0f} ms the first time, then {sorted(later)[2] * 1000:.0f} ms (median of 5)")
+    assert min(later) < REGISTER
 
 
 def test_draft(benchmark, figure):

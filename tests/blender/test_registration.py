@@ -1,5 +1,8 @@
 """Coming and going of the extension within one Blender."""
 
+import subprocess
+import sys
+
 import bpy
 import pytest
 import s2ag
@@ -33,3 +36,20 @@ def test_unregistering_while_it_runs(engine, voice):
     session.Run(bpy.context, armature, generate.plan(bpy.context, armature))
     s2ag.unregister()
     assert not session.RUNS and not hasattr(bpy.types.Object, "s2ag")
+
+
+def test_registering_runs_little_and_needs_no_numpy():
+    """Blender may not have loaded numpy yet, which takes longer than all of ours."""
+    code = """
+import sys, types, bpy
+sys.modules["numpy"] = None
+import s2ag
+s2ag.register()
+ran = [name for name, module in sys.modules.items() if name.startswith("s2ag.") and type(module) is types.ModuleType]
+print("ran", *ran)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    _, *ran = next(line for line in done.stdout.splitlines() if line.startswith("ran ")).split()
+    assert "s2ag.s2ag_blender.ui.panel" in ran
+    heavy = ("rigs", "core.motion", "core.meaning", "core.synthesis", "s2ag_blender.keys.", "s2ag_blender.rig.")
+    assert not [name for name in ran if name.removeprefix("s2ag.").startswith(heavy)]

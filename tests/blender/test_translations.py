@@ -15,8 +15,8 @@ from s2ag.core.worker.interpreter import Check
 from s2ag.rigs.faces import shapes
 from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import menu_items, stages
-from s2ag.s2ag_blender.ui import bone_maps, setting_properties
+from s2ag.s2ag_blender.takes import bone_map_files, menu_items, stages
+from s2ag.s2ag_blender.ui import setting_properties
 from s2ag.s2ag_blender.ui.properties import S2AG_Settings
 from translated_texts import FOLDER, lacking, literals, template
 
@@ -147,7 +147,8 @@ def test_every_stage_is_shown_in_words_for_people(extension):
 
 def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_headings(), *texts_of_reasons()}
-    found |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES)}
+    found |= {readiness.label(part) for part in (*bone_map_files.ORDER, *skeleton.EDGE_NAMES)}
+    found |= {text for _, *texts in menu_items.kinds() for text in texts}
     found |= {*shapes.PARTS, Check.stage, *stages.SHOWN.values()}
     found |= {one.short for one in setting_properties.SETTINGS.values()}
     found -= stages.SHOWN.keys()
@@ -235,7 +236,7 @@ def test_labels_beside_settings_are_not_cut(extension, locale):
 
     table = translations.LANGUAGES.get(locale, {})
     labels = {prop.name for prop in properties(S2AG_Settings) if prop.name not in ("Bone Map", "Live Preview")}
-    labels |= {readiness.label(part) for part in (*bone_maps.ORDER, *skeleton.EDGE_NAMES) if not part.endswith("twist")}
+    labels |= {readiness.label(part) for part in (*bone_map_files.ORDER, *skeleton.EDGE_NAMES) if not part.endswith("twist")}
     assert not [label for label in (table.get(one, one) for one in labels) if letters(label) > 16]
 
 

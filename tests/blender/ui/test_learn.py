@@ -13,7 +13,8 @@ from s2ag.core.synthesis.request import Request
 from s2ag.core.synthesis.session import Session
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
-from s2ag.s2ag_blender.ui import learn, subpanels
+from s2ag.s2ag_blender.takes import learning
+from s2ag.s2ag_blender.ui import subpanels
 
 
 @pytest.mark.parametrize("fps", [15, 24])
@@ -25,7 +26,7 @@ def test_an_action_comes_back_as_its_motion(wave, fps):
     apply_motion(armature, motion, 1)
     armature.rotation_euler = (0, 0, 1.2)  # where the object stands does not matter
     scene.frame_set(7)
-    found = learn.capture(armature, 1, 1 + 2 * fps)
+    found = learning.capture(armature, 1, 1 + 2 * fps)
     assert scene.frame_current == 7 and len(found.directions) == 31
     arms = [4, 5, 7, 8]
     apart = np.degrees(np.arccos(np.clip((found.directions[:, arms] * motion.directions[:, arms]).sum(-1), -1, 1)))
@@ -38,13 +39,13 @@ def test_a_take_is_written_beside_its_speech(wave, tmp_path, examples):
     armature = mannequin.build().armature
     apply_motion(armature, wave(60), 1, name="my talk!")
     speech = str(examples / "hello.flac"), str(examples / "hello.txt")
-    path = learn.save_take(armature, tmp_path / "takes", *speech, first=1, last=90)
+    path = learning.save_take(armature, tmp_path / "takes", *speech, first=1, last=90)
     assert sorted(file.name for file in path.parent.iterdir()) == ["my_talk_.flac", "my_talk_.npz", "my_talk_.txt"]
     assert Motion.load(path).meta["source"] == armature.name
     with pytest.raises(UsageError, match="does not exist"):
-        learn.save_take(armature, tmp_path, "nothing.wav")
+        learning.save_take(armature, tmp_path, "nothing.wav")
     with pytest.raises(UsageError, match="no motion"):
-        learn.capture(armature, 5, 5)
+        learning.capture(armature, 5, 5)
 
 
 def test_a_clip_becomes_a_gesture_of_the_vocabulary(voice, tmp_path):
@@ -55,7 +56,7 @@ def test_a_clip_becomes_a_gesture_of_the_vocabulary(voice, tmp_path):
     up = np.sin(np.linspace(0, np.pi, 30))[:, None]
     directions[:, [4, 5]] = skeleton.normalize((1 - up[..., None]) * directions[:, [4, 5]] + up[..., None] * [-0.4, -1, 0.4])
     apply_motion(armature, Motion(directions.astype(np.float32)), 1)
-    clip = learn.save_take(armature, tmp_path, str(voice), name="salute", first=1, last=30)
+    clip = learning.save_take(armature, tmp_path, str(voice), name="salute", first=1, last=30)
     words = tmp_path / "own.json"
     words.write_text(json.dumps({"gestures": {"salute": {"says": ["captain"], "marks": ["salute"], "clip": clip.name}}}))
     said = [["this", 0.3, 0.5], ["is", 0.5, 0.6], ["captain", 1.6, 2.1], ["hook", 2.2, 2.5]]
@@ -93,6 +94,6 @@ def test_a_take_is_read_as_a_performance(wave, tmp_path, examples):
 
     armature = mannequin.build().armature
     apply_motion(armature, wave(60), 1)
-    learn.save_take(armature, tmp_path / "ann", str(examples / "hello.flac"), str(examples / "hello.json"), first=1, last=90)
+    learning.save_take(armature, tmp_path / "ann", str(examples / "hello.flac"), str(examples / "hello.json"), first=1, last=90)
     (one,) = readers.recordings(readers.plain(tmp_path))
     assert one.speaker == "ann" and len(one.words) > 20 and np.isfinite(one.directions).all()

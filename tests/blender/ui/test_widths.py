@@ -8,8 +8,8 @@ from acted import press
 from measured import CONTENT, Measured, Setting, Text
 from s2ag.s2ag_blender import translations
 from s2ag.s2ag_blender.rig import readiness
-from s2ag.s2ag_blender.takes import menu_items, stages
-from s2ag.s2ag_blender.ui import bone_maps, gesture_panel, panel, subpanels
+from s2ag.s2ag_blender.takes import bone_map_files, menu_items, stages
+from s2ag.s2ag_blender.ui import gesture_panel, panel, subpanels
 
 PANELS = (panel.S2AG_PT_gestures, *subpanels.CLASSES, *gesture_panel.CLASSES)
 
@@ -72,13 +72,13 @@ def test_with_a_take(speaker, words, examples):
 def test_with_bones_by_hand(speaker, words):
     press(bpy.ops.s2ag.edit_bone_map)
     assert speaker.s2ag.bone_map and not cut(words)
-    names = [words.get(readiness.label(part), readiness.label(part)) for part in bone_maps.ORDER]
+    names = [words.get(readiness.label(part), readiness.label(part)) for part in bone_map_files.ORDER]
     assert not [one for name in names for one in Text(name).cut(subpanels._NAME_SHARE * CONTENT)]
 
 
 def test_every_kind_of_gesture_is_whole(words):
     inside = CONTENT - 30  # the frame of the list and its scroller
-    for label in (*menu_items._LABELS.values(), "Left", "Right", "Both"):
+    for label in (*menu_items.labels().values(), "Left", "Right", "Both"):
         assert not Text(words.get(label, label)).cut((1 - gesture_panel._WORD_SHARE) * inside)
 
 
