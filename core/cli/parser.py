@@ -23,6 +23,7 @@ PACKAGE_VERBS = {
     "evaluate": "train",
     "bench": "train,bench",
     "checkpoint": "full",
+    "capture": "engine",
     "data": "train",
     "study": "engine",
 }

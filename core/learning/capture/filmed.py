@@ -1,0 +1,115 @@
+"""Films of known motions for ``s2ag evaluate --capture``: characters, cameras, lights; Blender makes them, and they stay."""
+
+import itertools
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from ...files import atomic_file
+from ...motion.motion import Motion
+from ...motion.skeleton import FPS
+from ...synthesis.request import Request
+from ...synthesis.session import Session
+from . import film
+
+CHARACTERS = (("human", "female"), ("human", "male"), ("mannequin", "female"))
+CAMERAS, LIGHTS = ("front", "desk", "aside"), ("studio", "dim")
+"""As in ``s2ag_blender/render/capture_films.py``."""
+RATE, SIZE = 15, (800, 448)
+SECONDS = 4.0
+_NOISE, _QUALITY = 8.0, "34"
+"""Deviation of the noise in steps of brightness (of 255) and constant rate factor of the H.264 of worse films."""
+
+Run = Callable[..., dict]
+"""Runs a module of s2ag_blender with the path of a job."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A film of a known motion: who is seen, by what camera and in what light, and where the files lie."""
+
+    character: str
+    gender: str
+    camera: str
+    light: str
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        return "-".join((self.character, self.gender, self.camera, self.light))
+
+    @property
+    def motion(self) -> Path:
+        return self.folder / f"{self.name}.npz"
+
+    @property
+    def film(self) -> Path:
+        return self.folder / f"{self.name}.mp4"
+
+    @property
+    def worse(self) -> Path:
+        """The film with noise, at half size and strongly compressed."""
+        return self.folder / f"{self.name}-half.mp4"
+
+
+def plan(folder: Path, choosing: bool) -> list[Shot]:
+    """Return all shots; for ``choosing`` settings every other one, of motions that the others do not have."""
+    every = [Shot(*who, *seen, folder) for who in CHARACTERS for seen in itertools.product(CAMERAS, LIGHTS)]
+    return [shot for number, shot in enumerate(every) if (number + number // 6) % 2 == 0] if choosing else every
+
+
+def make(shots: Sequence[Shot], recordings: Sequence[Path], choosing: bool, run: Run, tell: Callable) -> None:
+    """Make the films of shots that are not there yet; ``tell(stage, share)`` hears of it. Raises S2agError."""
+    missing = [shot for shot in shots if not shot.film.is_file()]
+    if any(not shot.motion.is_file() for shot in shots):
+        _perform(shots, recordings, choosing, tell)
+    for character, gender in CHARACTERS:
+        own = [shot for shot in missing if (shot.character, shot.gender) == (character, gender)]
+        if not own:
+            continue
+        parts = [
+            {"motion": str(shot.motion), "camera": shot.camera, "light": shot.light, "output": str(shot.film)} for shot in own
+        ]
+        job = own[0].folder / f"{character}-{gender}.json"
+        content = {"character": character, "gender": gender, "fps": RATE, "resolution": SIZE, "shots": parts}
+        job.write_text(json.dumps(content), "utf-8")
+        run("render.capture_films", str(job), progress=lambda stage, share, who=own[0].name: tell(f"film {who}", share))
+    for number, shot in enumerate(shots):
+        tell("half size", number / len(shots))
+        if not shot.worse.is_file():
+            worsen(shot.film, shot.worse)
+
+
+def worsen(source: Path, target: Path) -> None:
+    """Write a film again with noise, at half size, strongly compressed."""
+    import av
+
+    random = np.random.default_rng(1)
+    with atomic_file(target) as temporary, av.open(str(temporary), "w", format="mp4") as container:
+        stream = None
+        for picture in film.pictures(source):
+            half = picture.pixels[::2, ::2].astype(float) + random.normal(0, _NOISE, (*picture.pixels[::2, ::2].shape[:2], 1))
+            pixels = np.clip(half, 0, 255).astype(np.uint8)
+            if stream is None:
+                stream = container.add_stream("libx264", rate=Fraction(RATE), options={"crf": _QUALITY})
+                stream.height, stream.width, stream.pix_fmt = pixels.shape[0], pixels.shape[1], "yuv420p"
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")))
+        if stream is not None:
+            container.mux(stream.encode(None))
+
+
+def _perform(shots: Sequence[Shot], recordings: Sequence[Path], choosing: bool, tell: Callable) -> None:
+    """Perform the recordings in other styles for every shot; those for choosing have other styles and seeds."""
+    session = Session(remember=True)
+    names, frames = [style["name"] for style in session.styles()], round(SECONDS * FPS)
+    for number, shot in enumerate(shots):
+        tell("perform", number / len(shots))
+        style = names[(5 * number + (2 if choosing else 0)) % len(names)]
+        request = Request(recordings[number % len(recordings)], style=style, seed=number + (100 if choosing else 0), hands=1.0)
+        motion: Motion = session.synthesize(request).motions[0]
+        begin = (number * 37) % max(len(motion.directions) - frames, 1)
+        motion.frames(slice(begin, begin + frames + 1)).save(shot.motion)

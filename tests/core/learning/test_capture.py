@@ -1,0 +1,219 @@
+"""Motion from films: cleaning of what an estimator saw, films and their cuts, what is told where the estimator is missing."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from s2ag.core.cli.main import main
+from s2ag.core.errors import CorpusUnreadable, EngineMissing, UsageError
+from s2ag.core.learning.capture import body, estimator, film, hands, motion, people, smoothing
+from s2ag.core.learning.capture.landmarks import Landmarks
+from s2ag.core.motion import skeleton
+from s2ag.core.motion.motion import Motion
+
+ROOT = Path(__file__).resolve().parents[3]
+RATE, COUNT = 30.0, 120
+NONE = np.full((COUNT, 21, 3), np.nan, np.float32)
+
+
+def performed(count=COUNT):
+    """Directions of a body that beats with the left forearm, at 30 a second."""
+    directions = np.tile(skeleton.MEAN_UNIT, (count, 1, 1)).astype(float)
+    swing = 0.8 * np.sin(np.arange(count) / RATE * 2 * np.pi)
+    directions[:, 5] = np.stack([0.3 * np.ones(count), swing, np.sqrt(1 - 0.09 - swing**2)], 1)
+    return skeleton.normalize(directions)
+
+
+def seen(directions, turn=0.0, **changes):
+    """What an estimator without errors sees of directions, by a camera that stands ``turn`` degrees aside."""
+    joints = skeleton.to_positions(directions)
+    hip = np.array([0.1, 0.5, 0.0])
+    places = np.zeros((len(joints), 33, 3))
+    for point, joint in {11: 4, 13: 5, 15: 6, 12: 7, 14: 8, 16: 9}.items():
+        places[:, point] = joints[:, joint]
+    middle = (places[:, 11] + places[:, 12]) / 2
+    places[:, 23], places[:, 24] = middle + hip * [-1, 1, 1], middle + hip
+    angle = np.radians(turn)
+    way = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    world = places @ way.T * body.TO_CANONICAL
+    pose = np.concatenate([0.5 + 0.3 * world, np.ones((len(world), 33, 1))], -1)
+    count = len(world)
+    parts = {
+        "times": np.arange(count) / RATE, "changes": np.zeros(count), "pose": pose, "world": world, "left": NONE[:count],
+        "right": NONE[:count], "face": np.full((count, 11, 3), np.nan), "size": np.array([640, 360]),
+        "film": np.array("0"), "region": np.array(estimator.WHOLE),
+    }  # fmt: skip
+    return Landmarks(**{**parts, **changes})
+
+
+def apart(made, directions):
+    """Degrees between the arms of a motion at 15 frames a second and directions at 30."""
+    truth = directions[::2][: len(made.directions)]
+    cosine = np.sum(made.directions[: len(truth)] * truth, -1)[:, skeleton.ARM_EDGES]
+    return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+
+
+@pytest.mark.parametrize("turn", [0, 30])
+def test_arms_are_those_that_were_seen_wherever_the_camera_stands(turn):
+    directions = performed()
+    made, notes = motion.clean(seen(directions, turn))
+    assert notes == [] and made.meta["unseen"] == [] and made.fps == 15
+    assert np.percentile(apart(made, directions), 95) < 6
+
+
+def test_a_point_that_leaps_and_noise_do_not_move_the_arm():
+    directions, random = performed(), np.random.default_rng(1)
+    found = seen(directions)
+    found.world[:] += random.normal(0, 0.01, found.world.shape)
+    found.world[60, 15] += [0.3, -0.4, 0.3]
+    made, _ = motion.clean(found)
+    assert apart(made, directions)[28:33].max() < 12
+    speed = np.linalg.norm(np.diff(made.directions[:, 5], axis=0), axis=-1).max() * 15
+    assert speed == pytest.approx(0.8 * 2 * np.pi, rel=0.35)  # the stroke is as quick as it was
+
+
+def test_what_is_not_seen_rests_and_is_told():
+    found = seen(performed())
+    found.pose[40:100, 15, 3] = 0.1
+    made, notes = motion.clean(found)
+    (span,) = made.meta["unseen"]
+    assert span == pytest.approx([40 / RATE, 100 / RATE], abs=0.15) and "seconds show no body" in notes[0]
+    rest = skeleton.REST[list(skeleton.ARM_EDGES)]
+    assert np.allclose(made.directions[35, skeleton.ARM_EDGES][:2], rest[:2], atol=0.05)
+    found.pose[:, 15, 3] = 0.1
+    with pytest.raises(CorpusUnreadable):
+        motion.clean(found)
+
+
+def test_a_cut_parts_scenes_with_cameras_of_their_own():
+    first, second = seen(performed(60)), seen(performed(60), 25)
+    changes = np.zeros(COUNT)
+    changes[60] = 0.4
+    names = ("pose", "world", "left", "right", "face")
+    joined = {name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in names}
+    made, notes = motion.clean(seen(performed(), changes=changes, **joined))
+    assert made.meta["cuts"] == [2.0] and "1 cuts" in notes[0]
+    truth = np.concatenate([performed(60), performed(60)])
+    assert np.percentile(apart(made, truth), 90) < 6
+
+
+def test_hands_are_read_as_they_are_held():
+    """A flat left hand that points ahead, its palm down, as a picture shows it."""
+    flat = np.zeros((21, 3))
+    for finger, across in enumerate((0.03, 0.01, -0.01, -0.03)):
+        for joint in range(4):
+            flat[5 + 4 * finger + joint] = [across, 0, 0.1 + 0.03 * joint]  # the index finger of a left hand lies at +x
+    flat[1:5] = [[0.02 + 0.015 * joint, 0, 0.03 + 0.02 * joint] for joint in range(4)]
+    along, palm = hands.frame(flat[None], left=True)
+    assert np.allclose(along, [0, 0, 1], atol=1e-6) and np.allclose(palm, [0, 1, 0], atol=1e-6)
+    shape = hands.shape(flat[None], left=True)[0]
+    assert np.abs(shape[:8]).max() < 25 and shape[-1] < 25
+    mirrored = flat * [-1, 1, 1]
+    assert np.allclose(hands.frame(mirrored[None], left=False)[1], [0, 1, 0], atol=1e-6)
+    assert np.allclose(hands.shape(mirrored[None], left=False)[0], shape, atol=1e-6)
+
+
+def test_smoothing_keeps_a_peak_and_bridges_a_gap():
+    times = np.arange(90) / 30
+    bump = np.exp(-0.5 * ((times - 1.5) / 0.12) ** 2)[:, None]
+    at = np.arange(45) / 15
+    values, known = smoothing.resample(times, bump, np.ones(90), np.zeros(90, int), at)
+    assert known.all() and values.max() > 0.93
+    known[20:24] = False
+    filled = smoothing.fill(values, known, np.array([5.0]), 8, 4)
+    assert filled[20:24].max() <= values[[19, 24]].max() + 1e-6
+    assert smoothing.fill(values, known, np.array([5.0]), 2, 1)[21:23].max() == pytest.approx(5.0)
+
+
+def test_films_are_read_with_their_times_and_cuts(tmp_path):
+    av = pytest.importorskip("av")
+    path = tmp_path / "two.mp4"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for number in range(60):
+            pixels = np.full((48, 64, 3), 40 if number < 30 else 200, np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
+        container.mux(stream.encode(None))
+    pictures = list(film.pictures(path))
+    assert len(pictures) == 60 and pictures[45].time == pytest.approx(1.5, abs=0.01)
+    assert len(list(film.pictures(path, 10.0, [(0.5, 1.0)]))) in (5, 6)
+    small = np.stack([film.thumbnail(picture.pixels) for picture in pictures])
+    changes = np.concatenate([[0], np.abs(np.diff(small, axis=0)).mean((1, 2))])
+    assert np.flatnonzero(film.is_cut(changes)).tolist() == [30]
+    (tmp_path / "none.mp4").write_bytes(b"no film")
+    with pytest.raises(CorpusUnreadable):
+        film.facts(tmp_path / "none.mp4")
+
+
+def test_who_speaks_is_chosen_and_who_is_named(tmp_path):
+    everyone = []
+    for number in range(20):
+        faces = [[0.6, 0.2, 0.1, 0.2, 0.02 + 0.03 * (number % 2)], [0.1, 0.2, 0.12, 0.25, 0.02]]
+        people._assign(everyone, faces, True)
+    everyone.sort(key=lambda one: one.middle[0])
+    assert len(everyone) == 2 and people._speaker(everyone) == 1
+    left, _, right, _ = people._region(everyone, 1, film.Facts(640, 360, 2.0))
+    assert 0.3 < left < 0.55 and right > 0.75
+    with pytest.raises(UsageError):
+        people._named(3, 2)
+
+
+def test_without_the_estimator_one_sentence_says_what_to_install(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv(estimator.VARIABLE, str(tmp_path / "nothing"))
+    with pytest.raises(EngineMissing) as caught:
+        estimator.python()
+    assert "pip install mediapipe" in caught.value.remedy
+    assert main(["capture", str(tmp_path / "talk.mp4"), "-o", str(tmp_path / "talk.npz")]) == 2
+    assert "mediapipe" in capsys.readouterr().err
+
+
+def test_what_was_seen_is_kept_and_read_again(tmp_path):
+    found = seen(performed())
+    found.save(tmp_path / "talk.seen.npz")
+    again = Landmarks.load(tmp_path / "talk.seen.npz")
+    assert np.array_equal(again.pose, found.pose) and str(again.film) == "0"
+    Motion(performed().astype(np.float32)).save(tmp_path / "motion.npz")
+    with pytest.raises(CorpusUnreadable):
+        Landmarks.load(tmp_path / "motion.npz")
+
+
+def _estimator():
+    try:
+        python = estimator.python()
+    except EngineMissing:
+        return "the pose estimator is not installed"
+    done = subprocess.run([python, "-I", "-c", "import mediapipe"], capture_output=True)
+    return "" if done.returncode == 0 else "the pose estimator cannot be loaded"
+
+
+def test_a_picture_of_a_person_is_captured_for_real(tmp_path):
+    """The still of the documents, as a film of a second that moves to a side; stopped once and gone on with."""
+    av = pytest.importorskip("av")
+    if reason := _estimator():
+        pytest.skip(reason)
+    with av.open(str(ROOT / "docs" / "hello.png")) as still:
+        pixels = next(still.decode(video=0)).to_ndarray(format="rgb24")
+    path, output = tmp_path / "still.mp4", tmp_path / "still.npz"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=15, options={"qscale": "2"})
+        stream.height, stream.width = (side // 2 * 2 for side in pixels.shape[:2])
+        stream.pix_fmt = "yuv420p"
+        for _ in range(8):
+            cut = np.ascontiguousarray(pixels[: stream.height, : stream.width])
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(cut, format="rgb24")))
+        container.mux(stream.encode(None))
+
+    def stop(share):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        estimator.look(path, kept=motion.kept_beside(output), progress=stop)
+    assert len(Landmarks.load(motion.kept_beside(output))) >= 1
+    assert main(["capture", str(path), "-o", str(output), "--no-transcript"]) == 0
+    made = Motion.load(output)
+    assert len(made.directions) == 8 and made.hands is not None and not motion.kept_beside(output).exists()
+    assert made.directions[:, [4, 7], 1].min() > 0.5  # upper arms hang
+
+
