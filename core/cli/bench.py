@@ -5,6 +5,7 @@ import re
 import shlex
 import sys
 from pathlib import Path
+from typing import Any
 
 from ..errors import UsageError
 from ..threads import set_passive_waiting
@@ -29,9 +30,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, jem, s2ag, s2ag-no-judge, ...")
     others = (
         "a row of something that is trained already: a checkpoint (.safetensors), a system's folder of another bench, or a "
-        "folder of motions (.npz, .bvh) named after the test talks; several times for several, and alone nothing is trained"
+        "folder of motions (.npz, .bvh) named after the test talks; several times for several, and alone nothing is trained; "
+        "off: S2AG, its ablations and GTC are trained without their discriminators"
     )
-    parser.add_argument("--judge", metavar="NAME=PATH", action="append", default=[], help=others)
+    parser.add_argument("--judge", metavar="NAME=PATH|off", action="append", default=[], help=others)
     features = "extractor of the features that FGD compares, ours or the authors', instead of one trained here"
     parser.add_argument("--extractor", metavar="FILE", type=Path, help=features)
     vectors = (
@@ -41,7 +43,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--contextual", metavar="FILE", type=Path, help=vectors)
     parser.add_argument("--seeds", metavar="1,2,3", help="training seeds")
     parser.add_argument("--draws", metavar="N", type=int, help="style draws for every test window")
-    parser.add_argument("--steps", metavar="N", type=int, help="batches of a training at most")
+    parser.add_argument("--steps", metavar="N", type=int, help="batches of a training, whatever passes the setting has")
+    passes = "passes over the training windows, whatever batches the setting has; with --steps what ends first"
+    parser.add_argument("--epochs", metavar="X", type=float, help=passes)
+    parser.add_argument("--share", metavar="X", type=float, help="factor on the published widths, 0.25 in small and core")
+    parser.add_argument("--batch", metavar="N", type=int, help="windows of a batch")
+    best = "the weights that are judged: lowest in maje (default) or fgd on validation windows, where the setting has any"
+    parser.add_argument("--select", choices=("maje", "fgd"), help=best)
+    parser.add_argument("--validate-every", metavar="N", type=int, help="batches from one validation to the next; 0: none")
     parser.add_argument("--precision", metavar="P", help="of the training: 32-true or bf16-mixed")
     order = "S2AG's discriminator pauses in the first pass as in its code (default), or never, as in the paper"
     parser.add_argument("--warm-up", choices=("code", "paper"), help=order)
@@ -82,20 +91,14 @@ def run(options: argparse.Namespace) -> int:
             return _print_table(runner.collect(shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or time_is_up()))
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
-    judge = _judged_paths(options.judge)
+    judge = _judged_paths([one for one in options.judge if one != "off"])
     systems = options.systems.split(",") if options.systems else [] if judge else [*SYSTEMS, SHIPPED]
     for name in systems:
         if name not in ALL_SYSTEMS and name != SHIPPED:
             raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join([*ALL_SYSTEMS, SHIPPED])}.")
     if options.jobs < 1:
         raise UsageError(f"--jobs is {options.jobs}.", "Set it to 1 or more.")
-    named = ("draws", "steps", "precision", "warm_up", "training_ids", "given", "window", "hop")
-    changes = {name: getattr(options, name) for name in named if getattr(options, name) is not None}
-    if options.faithful:
-        changes.setdefault("training_ids", "strangers")
-    if options.seeds:
-        changes["seeds"] = _seeds(options.seeds)
-    setting = SETTINGS[options.setting].replace(faithful=options.faithful, **changes)
+    setting = _setting(options, SETTINGS[options.setting])
     runner = bench.Runner(options.out, options.data, setting, options.device, note, parse_kinds(options.log))
     if options.contextual:
         runner.use_contextual(options.contextual)
@@ -108,6 +111,24 @@ def run(options: argparse.Namespace) -> int:
             systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or time_is_up(), options.jobs, judge
         )
     return _print_table(report)
+
+
+def _setting(options: argparse.Namespace, preset: Any) -> Any:
+    """Return the preset with what the options change."""
+    named = ("draws", "share", "batch", "validate_every", "precision", "warm_up", "training_ids", "given", "window", "hop")
+    changes = {name: getattr(options, name) for name in named if getattr(options, name) is not None}
+    if options.faithful:
+        changes.setdefault("training_ids", "strangers")
+    if options.seeds:
+        changes["seeds"] = _seeds(options.seeds)
+    if options.select:
+        changes["select"] = {"maje": "maje_code", "fgd": "fgd"}[options.select]
+    if "off" in options.judge:
+        changes["judge"] = "off"
+    for name, least in (("steps", 1), ("validate_every", 0)):
+        if getattr(options, name) is not None and getattr(options, name) < least:
+            raise UsageError(f"{name} is {getattr(options, name)}.", f"Set it to {least} or more.")
+    return preset.lasting(options.epochs, options.steps).replace(faithful=options.faithful, **changes)
 
 
 def _print_table(report: dict | None) -> int:

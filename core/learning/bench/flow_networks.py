@@ -5,12 +5,13 @@ from os import PathLike
 import numpy as np
 
 from ...errors import UsageError
+from ...meaning.vocabulary import load_vocabulary
 from ...model import loading
 from ...model.mfcc_timing import mfcc_slice, nearest_mfcc
 from ...motion.skeleton import FPS
-from ...sound import voice_activity
+from ...sound import affect, speech_units, voice_activity
 from ...sound.prosody import Accent, Prosody
-from ...synthesis import constraints, generation, refine, style_sequence
+from ...synthesis import generation, postprocess, style_sequence
 from ...synthesis.features import SpeechFeatures
 from ...synthesis.request import Request
 from ...words.hints import HintEffects
@@ -47,7 +48,8 @@ def why_unfit(lengths: Lengths) -> str:
 
 
 class FlowPerformer:
-    """A flow network (the shipped one if no path is given) that performs windows with the corrections that users get.
+    """A flow network (the shipped one if no path is given) that performs windows as it does a recording of a user: gestures of
+    what words mean, idle life, and the rules of the finished motion included (:func:`postprocess.express`).
 
     Raises what :func:`loading.load` raises.
     """
@@ -55,6 +57,8 @@ class FlowPerformer:
     def __init__(self, path: str | PathLike | None = None):
         self.loaded = loading.load(path)
         self.names = [one["name"] for one in self.loaded.speakers]
+        self.vocabulary = load_vocabulary()
+        self._affects: dict[int, np.ndarray] = {}
 
     def knows(self, bench: Bench) -> bool:
         """Return whether the network knows all speakers of the data set."""
@@ -90,16 +94,40 @@ class FlowPerformer:
         name = corpus.speakers[corpus.speaker[bench.windows[row, 0]]]["name"] if ids == "own" else self.names[speaker]
         frames = len(real)
         kept = np.arange(bench.given), real[: bench.given]
-        request = Request("", style={name: 1.0}, seed=seed * len(bench.windows) + row, kept=kept)
+        number = seed * len(bench.windows) + row
+        request = Request("", style={name: 1.0}, seed=number, kept=kept, hands=0.0, stance=0.0, face=0.0)  # directions alone
         heard = sound.astype(np.float32) / 32768
         voice = voice_activity.fraction_per_frame(voice_activity.probability(heard), voice_activity.frame_count(heard))
         activity = np.resize(voice, frames)
-        features = WindowFeatures(corpus, talk, first, frames)
-        rhythm = rhythm_of(corpus, talk, first, activity)
-        recording = SpeechFeatures("", (), HintEffects(), None, [], features, activity, frames, {}, rhythm=rhythm)
-        performers = style_sequence.from_request(self.loaded, request)
+        features, feels = WindowFeatures(corpus, talk, first, frames), self._affect(bench.data, talk, first, frames)
+        rhythm, words = rhythm_of(corpus, talk, first, activity), words_of(corpus, talk, first, frames)
+        shows = self.vocabulary if words else None
+        recording = SpeechFeatures(
+            "", words, HintEffects(), shows, [], features, activity, frames, {}, rhythm=rhythm, affect=feels
+        )
+        performers = style_sequence.from_request(self.loaded, request, (), feels)
         drawn = generation.generate(self.loaded, recording, [performers])
-        return refine.refine(drawn.directions[0], constraints.kept_frames(request, frames))
+        return postprocess.express(self.loaded, recording, performers, drawn)[0].directions
+
+    def _affect(self, data: Data, talk: int, first: int, frames: int) -> np.ndarray | None:
+        """Return the affect ``(frames, 3)`` that is heard in a window's recording, None for networks that follow none."""
+        if not self.loaded.hears_affect:
+            return None
+        corpus, recording = data.corpus, int(data.corpus.recording[talk])
+        if "heard" in corpus.arrays:
+            return corpus.heard[_rows(corpus, talk, first, frames)].astype(np.float32)
+        if recording not in self._affects:
+            sound = data.wave[data.wave_starts[recording] : data.wave_starts[recording + 1]].astype(np.float32) / 32768
+            whole = int(corpus.frame_starts[recording + 1] - corpus.frame_starts[recording])
+            self._affects[recording] = affect.hear(speech_units.measure(sound), whole)
+        return self._affects[recording][first : first + frames]
+
+
+def words_of(corpus: Corpus, talk: int, first: int, frames: int) -> tuple:
+    """Return the (word, start, end) that begin in a window, in seconds from its first frame."""
+    begin, end = first / FPS, (first + frames) / FPS
+    said = corpus.meta["recordings"][int(corpus.recording[talk])]["words"]
+    return tuple((word, start - begin, min(stop, end) - begin) for word, start, stop, *_ in said if begin <= start < end)
 
 
 def rhythm_of(corpus: Corpus, talk: int, first: int, activity: np.ndarray) -> Prosody | None:

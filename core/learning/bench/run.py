@@ -146,6 +146,7 @@ class Runner:
             setting.given,
             self.data.lengths,
             self.data.width,
+            setting.judge == "on",
         )
         torch.manual_seed(seed)
         return ALL_SYSTEMS[name].build(build)

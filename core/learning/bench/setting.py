@@ -21,7 +21,10 @@ _CHOICES = {
     "precision": ("32-true", "bf16-mixed"),
     "warm_up": ("code", "paper"),
     "training_ids": ("own", "strangers"),
+    "judge": ("on", "off"),
 }
+_UNLIMITED = 1e6
+"""Passes where ``--steps`` alone says how long a training is."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,8 @@ class Setting:
     ``faithful``: the public code's bugs instead of the corrected forms (reference section G). ``warm_up``: with
     "code", S2AG's discriminator is off in the first pass (in a quarter of a training of less than four), with "paper" it is
     on from the start (reference A.11, 16). ``training_ids``: S2AG and its ablations learn each window with the id of its
-    "own" speaker, or of "strangers" as in the public code (A.11, 15). Windows of ``window`` frames are cut every ``hop``.
+    "own" speaker, or of "strangers" as in the public code (A.11, 15). ``judge`` "off": S2AG, its ablations and GTC are trained
+    without discriminator. Windows of ``window`` frames are cut every ``hop``.
     ``given``: seed poses of a window, 4 in the code; with 17 of 34 they are the paper's T seed poses, which the next T follow
     (section 3.1.5). ``validate_every``: batches between evaluations of ``validation_windows``, after which the weights with
     the lowest ``select`` are used (0: the last weights are used); the public codes select by L1 (S2AG) and FGD (GTC;
@@ -57,6 +61,7 @@ class Setting:
     faithful: bool = False
     warm_up: str = "code"
     training_ids: str = "own"
+    judge: str = "on"
     given: int = 4
     window: int = FRAMES
     hop: int = 10
@@ -94,6 +99,12 @@ class Setting:
     def first_pass(self, windows: int) -> float:
         """Return the share of the first pass in a training, above 1 if it is longer than that; 0 without warm-up."""
         return self.batches(windows) / self.length(windows) if self.warm_up == "code" else 0.0
+
+    def lasting(self, epochs: float | None, steps: int | None) -> "Setting":
+        """Return a copy of another length: so many passes, batches, or what ends first; None for both leaves the preset's."""
+        if epochs is None and steps is None:
+            return self
+        return self.replace(epochs=_UNLIMITED if epochs is None else epochs, steps=steps or 0)
 
     def replace(self, **changes: Any) -> "Setting":
         """Return a copy with some settings changed."""

@@ -114,6 +114,7 @@ def _setting(report: dict) -> str:
         + _windows(report)
         + _WARM_UP[setting["warm_up"]]
         + _TRAINED_AS[setting["training_ids"]]
+        + (" S2AG, its ablations and GTC have no discriminators." if setting.get("judge") == "off" else "")
         + (" The public code's bugs are on." if setting["faithful"] else "")
     )
 

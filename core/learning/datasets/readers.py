@@ -26,8 +26,8 @@ def plain(folder: str | PathLike, speaker: str | None = None, tell: Report = ign
     """List motion files with a sound file of the same name, and a transcript if there is one.
 
     ``tell(sentence)`` is called with reports on skipped recordings, as in all readers. The speaker is ``speaker``, else the
-    name of the file's folder. One recording in ten, by its name, is for validation and one for the test, independent of the
-    place of the folder.
+    name of the file's folder. One recording in ten, by the name of its files alone, is for validation and one for the
+    test: what several people perform, each in a folder of their own, is in one part.
     """
     folder = data_folder(folder)
     performances, without_sound = [], []
@@ -38,7 +38,8 @@ def plain(folder: str | PathLike, speaker: str | None = None, tell: Report = ign
             continue
         name = motion.relative_to(folder).with_suffix("").as_posix()
         owner = speaker or (motion.parent.name if motion.parent != folder else folder.name)
-        performances.append(PerformanceFiles(name, motion, sound, transcripts.transcript_beside(motion), owner, split_of(name)))
+        words = transcripts.transcript_beside(motion)
+        performances.append(PerformanceFiles(name, motion, sound, words, owner, split_of(motion.stem)))
     report_skipped([path.name for path in without_sound], "no sound file of the same name beside them", tell)
     return require_some(performances, folder, "a .bvh or .npz with a sound file of the same name")
 

@@ -22,7 +22,8 @@ class Adversarial(System):
     the part of a batch that is also generated in another style; all of it in the public code. With ``foreign_ids`` every
     sample gets the id of a speaker who is not in its batch (of any speaker if all are in it), as in the public code of
     S2AG, whose speaker table thus learns nothing about its speakers (reference A.11, 15). ``judge`` selects the
-    discriminator: "" the generator's own kind, "graph" S2AG's, "raw" GTC's, "none" no adversarial term.
+    discriminator: "" the generator's own kind, "graph" S2AG's, "raw" GTC's, "none" no adversarial term; ``judge_sizes`` has
+    its widths, those of the generator's ``config`` if None.
     """
 
     knows_speakers = True
@@ -35,13 +36,15 @@ class Adversarial(System):
         diversity_share: float = 1.0,
         foreign_ids: bool = False,
         judge: str = "",
+        judge_sizes: ModelConfig | None = None,
     ):
         super().__init__()
         self.config, self.warm_up = config, warm_up
         self.diversity_share, self.foreign_ids = diversity_share, foreign_ids
         self.performer = GeneratorStep(Generator(config))
         if judge != "none":
-            self.judge = DiscriminatorStep(Discriminator(config.replace(affect=judge or config.affect)), together=False)
+            judged = (judge_sizes or config).replace(affect=judge or config.affect)
+            self.judge = DiscriminatorStep(Discriminator(judged), together=False)
         table = word_vectors(vectors, trained=bool(config.words))
         if config.words:
             self.generator.text_encoder.embedding.weight.data.copy_(table)

@@ -54,7 +54,8 @@ class BuildOptions:
     ``trained_words``: whether the word table is trained, as published, or frozen. ``diversity_share`` and ``strangers``
     (there ``foreign_ids``): see :class:`Adversarial`. ``first_pass``: share of the training that is its first epoch, in
     which S2AG's discriminator is off; 0 for no warm-up, as in the paper's text. ``given``: seed poses of a window.
-    ``lengths``: those of the windows. ``contextual``: width of contextual word vectors, 0 without any.
+    ``lengths``: those of the windows. ``contextual``: width of contextual word vectors, 0 without any. ``judged``: whether
+    S2AG, its ablations and GTC have a discriminator.
     """
 
     vectors: torch.Tensor
@@ -68,18 +69,22 @@ class BuildOptions:
     given: int = 4
     lengths: Lengths = PUBLISHED
     contextual: int = 0
+    judged: bool = True
 
 
 _LARGE_WIDTHS = ("text_channels", "gru_size", "head_size", "discriminator_size")
-_SMALL_WIDTHS = ("mfcc_size", "text_size", "style_size", "edge_size", "part_size", "affect_size")
+_SMALL_WIDTHS = ("mfcc_size", "text_size", "style_size")
+_AFFECT_WIDTHS = ("edge_size", "part_size", "affect_size")
 _WIDTH_LISTS = ("mfcc_channels", "wave_channels", "discriminator_channels")
 _MAX_WARM_UP = 0.25
 
 
 def scale_widths(config: ModelConfig, share: float) -> ModelConfig:
-    """Scale all widths of a published configuration by ``share``, of generator and discriminator alike.
+    """Scale the widths of a published generator by ``share``, except those of its affective encoder.
 
-    The last channels of an MFCC encoder along coefficients are pose frames and stay unchanged.
+    At a quarter that encoder would pass on two channels, from which the given pose cannot be told any more; the raw poses
+    of the other systems do not shrink either. The last channels of an MFCC encoder along coefficients are pose frames and
+    stay unchanged.
     """
     if share == 1:
         return config
@@ -89,6 +94,11 @@ def scale_widths(config: ModelConfig, share: float) -> ModelConfig:
     if config.mfcc_axis == "coefficient":
         lists["mfcc_channels"] = (*lists["mfcc_channels"][:-1], config.frames)
     return config.replace(**sizes, **lists)
+
+
+def scale_judge(config: ModelConfig, share: float) -> ModelConfig:
+    """Scale the affective encoder, too: the discriminator's, which stays as small beside its generator as published."""
+    return config.replace(**{name: scale_small_width(getattr(config, name), share) for name in _AFFECT_WIDTHS})
 
 
 def _with_lengths(config: ModelConfig, lengths: Lengths) -> ModelConfig:
@@ -112,7 +122,8 @@ def _adversarial(preset: Callable[..., ModelConfig], trimodal: bool = False, jud
         foreign = options.strangers and not trimodal
         # GTC warms up for 10 of its 100 epochs, S2AG for one of 300, which could exceed a short training.
         warm_up = 0.1 if trimodal else min(options.first_pass, _MAX_WARM_UP)
-        return Adversarial(config, options.vectors, warm_up, options.diversity_share, foreign, judge)
+        kind, sizes = judge if options.judged else "none", scale_judge(config, options.share)
+        return Adversarial(config, options.vectors, warm_up, options.diversity_share, foreign, kind, sizes)
 
     return build
 

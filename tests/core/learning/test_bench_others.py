@@ -16,7 +16,7 @@ from s2ag.core.errors import CheckpointUnreadable, UsageError  # noqa: E402
 from s2ag.core.learning.bench import external_rows  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.evaluation import Bench  # noqa: E402
-from s2ag.core.learning.bench.flow_networks import FlowPerformer, WindowFeatures, rhythm_of  # noqa: E402
+from s2ag.core.learning.bench.flow_networks import FlowPerformer, WindowFeatures, rhythm_of, words_of  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.metrics import extractor as extractors  # noqa: E402
@@ -238,6 +238,25 @@ def test_the_shipped_network_performs_windows_from_the_poses_it_is_given(bench):
             drawer.perform(few, 2)
     finally:
         few.data.corpus.prosody = kept
+
+
+def test_the_shipped_network_is_finished_as_for_a_user(bench):
+    """Gestures of phrases come from words with their times, which the network itself gets by other ways."""
+    few, corpus = Bench(bench.data, bench.extractor, 2), bench.data.corpus
+    drawer, known = FlowPerformer(), corpus.meta["recordings"]
+    (one, _), first = few.windows[0], float(few.windows[0][1]) / 15
+    said = [("so", first + 0.5, first + 0.8), ("big", first + 0.8, first + 1.3), ("before", first - 2.0, first - 1.0)]
+    calm = drawer.perform(few, 2)
+    corpus.meta["recordings"] = [{**facts, "words": said} for facts in known]
+    try:
+        assert words_of(corpus, one, int(few.windows[0][1]), 34) == (
+            ("so", pytest.approx(0.5), pytest.approx(0.8)), ("big", pytest.approx(0.8), pytest.approx(1.3)),
+        )  # fmt: skip
+        shown = drawer.perform(few, 2)
+        assert np.abs(shown[0] - calm[0]).max() > 0.05
+        np.testing.assert_allclose(shown[:, :4], few.real[:, :4], atol=1e-5)
+    finally:
+        corpus.meta["recordings"] = known
 
 
 def test_a_window_has_the_accents_that_a_recording_has_there(bench):

@@ -163,3 +163,21 @@ def test_weights_of_a_bench_perform_like_any_checkpoint(corpus, tmp_path, exampl
     state.save(tmp_path / "state.safetensors", {"system": seq2seq}, {})
     assert main([*command, "--checkpoint", str(tmp_path / "state.safetensors")]) == 2
     assert "weights.safetensors of S2AG" in capsys.readouterr().err
+
+
+def test_the_command_line_says_how_long_how_wide_and_with_which_judge(corpus, tmp_path, capsys):
+    """A step of one system, and what was asked stands in the bench's settings; passes and batches do not limit each other."""
+    tiny, common = SETTINGS["tiny"], ["bench", "--data", str(corpus), "--setting", "tiny", "--systems", "s2ag", "--draws", "1"]
+    asked = ["--steps", "2", "--share", "0.1", "--batch", "4", "--select", "fgd", "--validate-every", "1", "--judge", "off"]
+    assert main([*common, *asked, "--out", str(tmp_path / "b")]) == 0
+    held = json.loads((tmp_path / "b" / "setting.json").read_text())
+    told = [held[name] for name in ("steps", "share", "batch", "select", "validate_every", "judge")]
+    assert told == [2, 0.1, 4, "fgd", 1, "off"]
+    report = json.loads((tmp_path / "b" / "table.json").read_text())
+    assert report["systems"]["s2ag"]["steps"] == 2 and "have no discriminators" in (tmp_path / "b" / "table.md").read_text()
+    assert not any("judge" in line for line in (tmp_path / "b" / "s2ag-1" / "log.jsonl").read_text().splitlines())
+    core = SETTINGS["core"]
+    assert core.length(6400) == 400 and core.lasting(None, 1000).length(6400) == 1000
+    assert core.lasting(40, None).length(6400) == 4000
+    assert core.lasting(2, 1000).length(6400) == 200 and tiny.lasting(2, None).length(80) == 20
+    assert main([*common, "--steps", "0", "--out", str(tmp_path / "c")]) == 2 and "1 or more" in capsys.readouterr().err

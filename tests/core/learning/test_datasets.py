@@ -105,6 +105,18 @@ def test_tenths_do_not_depend_on_the_place():
     assert [round(parts.count(kind) / 2000, 1) for kind in ("train", "validation", "test")] == [0.8, 0.1, 0.1]
 
 
+def test_what_several_people_perform_is_in_one_part(tmp_path):
+    for who in ("anna", "bert"):
+        (tmp_path / who).mkdir()
+        for number in range(12):
+            for suffix in (".bvh", ".wav"):
+                (tmp_path / who / f"talk {number}{suffix}").touch()
+    parts: dict[str, set] = {}
+    for one in readers.plain(tmp_path):
+        parts.setdefault(one.motion.stem, set()).add(one.split)
+    assert len(parts) == 12 and all(len(found) == 1 for found in parts.values()) and len(set.union(*parts.values())) > 1
+
+
 def test_malformed_transcripts_are_one_sentence(tmp_path):
     for name, content in (
         ("a.json", "{"),
