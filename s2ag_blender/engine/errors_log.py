@@ -45,9 +45,10 @@ def save(error: S2agError) -> Path | None:
     return path
 
 
-def text_block(path: Path) -> bpy.types.Text:
-    """Return a text block with the log; an existing one of the same name is updated."""
-    block = next((text for text in bpy.data.texts if text.name == path.name), None) or bpy.data.texts.new(path.name)
+def text_block(path: Path, title: str = "") -> bpy.types.Text:
+    """Return a text block with a file, called ``title`` or as the file; an existing one of the same name is updated."""
+    name = title or path.name
+    block = next((text for text in bpy.data.texts if text.name == name), None) or bpy.data.texts.new(name)
     block.from_string(path.read_text("utf-8", "replace"))
     return block
 

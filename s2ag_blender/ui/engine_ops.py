@@ -16,6 +16,8 @@ from ..takes.operator_base import redraw
 from ..translations import translate, translate_error
 from .bases import OperatorResult
 
+_README = Path(__file__).parents[2] / "README.md"
+
 
 def begin(context: Context, path: str = "") -> interpreter.Check:
     """Start checking the engine at ``path``, which is used from then on if it works, or the one in use; return at once.
@@ -220,7 +222,24 @@ class S2AG_OT_open_log(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (S2AG_OT_engine_choose, S2AG_OT_engine_check, S2AG_OT_engine_cancel, S2AG_OT_engine_leave, S2AG_OT_open_log)
+class S2AG_OT_open_help(bpy.types.Operator):
+    """Show the README that comes with the extension, in a text editor: first steps, and what each part does"""
+
+    bl_idname = "s2ag.open_help"
+    bl_label = "Open Help"
+
+    def execute(self, context: Context) -> OperatorResult:
+        block = errors_log.text_block(_README, "S2AG README.md")
+        block.cursor_set(0)
+        if not _show(context, block):
+            self.report({"INFO"}, translate("{path} is in the texts", path=block.name))
+        return {"FINISHED"}
+
+
+CLASSES = (
+    *(S2AG_OT_engine_choose, S2AG_OT_engine_check, S2AG_OT_engine_cancel, S2AG_OT_engine_leave),
+    *(S2AG_OT_open_log, S2AG_OT_open_help),
+)
 
 
 def _show(context: Context, block: bpy.types.Text) -> bool:

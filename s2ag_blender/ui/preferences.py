@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from ...core.errors import S2agError
+from ...core.version import VERSION
 from ...core.worker import interpreter
 from .. import compat
 from ..datablocks import Context, current_context
@@ -42,6 +43,11 @@ class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
         row = layout.split(factor=0.65)
         row.label(text="In the 3D viewport: press N, then choose the tab Gestures", icon="INFO")
         row.operator("s2ag.show_panel", icon="OUTLINER_OB_ARMATURE")
+        row = layout.split(factor=0.65)
+        row.label(text=f"S2AG {VERSION}, Blender {bpy.app.version_string}", icon="BLANK1", translate=False)
+        buttons = row.row(align=True)
+        buttons.operator("s2ag.open_help", icon="HELP")
+        buttons.operator("s2ag.open_log", icon="TEXT")
         _draw_facts(layout.box().column(align=True))
         if engine_state.STATE.work is not None:
             _draw_work(layout, engine_state.STATE.work)

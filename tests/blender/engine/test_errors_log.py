@@ -40,3 +40,12 @@ def test_old_logs_go(tmp_path):
     for _ in range(files.MAX_LOGS + 5):
         files.new_log(tmp_path, "engine").write_text("said")
     assert len(list(tmp_path.glob("*.log"))) == files.MAX_LOGS
+
+
+def test_help_is_the_readme_and_leaves_texts_of_the_same_name(extension):
+    mine = bpy.data.texts.new("README.md")
+    for _ in range(2):
+        assert bpy.ops.s2ag.open_help() == {"FINISHED"}
+    shown = [text for text in bpy.data.texts if "README" in text.name]
+    assert len(shown) == 2 and not mine.as_string()
+    assert "Five lines to the first gesture" in bpy.data.texts["S2AG README.md"].as_string()

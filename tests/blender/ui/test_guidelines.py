@@ -36,6 +36,7 @@ NOT_UNDONE = {
     "show_markers": "changes an editor",
     "show_panel": "changes an editor",
     "open_log": "changes an editor",
+    "open_help": "changes an editor",
     "engine_choose": "changes preferences",
     "engine_check": "changes no file",
     "engine_cancel": "changes no file",
