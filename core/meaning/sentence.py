@@ -142,7 +142,7 @@ def understand(words: Sequence[str], grammar: Grammar) -> list[Occasion]:
         if frame.schema != SILENT and not _negated(tokens, places, frame.schema, grammar):
             schema = frame.schema
             if schema == "count":
-                schema = next(name for name in grammar.data["counts"] if name in tokens[bearer].forms)
+                schema = next(name for word, name in grammar.data["counts"].items() if word in tokens[bearer].forms)
             kept.append(Occasion(tokens[bearer].word, schema, tokens[places[0]].word, tokens[places[-1]].word, score))
     return sorted(kept)
 
@@ -154,13 +154,16 @@ def _tokens(words: Sequence[str], grammar: Grammar) -> list[_Token]:
     for number, word in enumerate(words):
         bare = word.lower().replace("’", "'").rstrip("\"')]”")
         ends, pauses = "".join(one for one in bare[-2:] if one in _STOPS), bare[-1:] in _PAUSES and bool(bare)
-        text = bare.strip(_STOPS + _PAUSES + "\"'()[]“”-‘")
+        text = bare.strip(_STOPS + _PAUSES + "\"'()[]“”„«»¡¿-‘")
         if not text:
             if raw and bare:
                 raw[-1] = (*raw[-1][:2], raw[-1][2] or pauses or bare == "-", raw[-1][3] or ends)
             continue
         ending = next((tail for tail in split if tail != text and tail[0] in "n'" and text.endswith(tail)), None)
         parts = split[text].split() if text in split else [text[: -len(ending)], split[ending]] if ending else [text]
+        head, _, rest = text.partition("'")
+        if rest and head in grammar.data.get("elided", ()):  # l'eau
+            parts = [grammar.data["elided"][head], rest]
         raw += [(number, part, pauses and part is parts[-1], ends if part is parts[-1] else "") for part in parts]
     lemmas = [_forms(text, grammar) for _, text, *_ in raw]
     marks, mark = [], "?"  # what is not marked may be a question
@@ -211,7 +214,7 @@ def _stems(text: str, ending: str, other: str, grammar: Grammar) -> list[str]:
 
 def _tags(text: str, lemmas: Sequence[str], before: str, after: str, grammar: Grammar) -> dict[str, int]:
     """Return the schemas that a word may call for here, with tenths, by its neighbours' parts of speech."""
-    classes, tags = grammar.classes, {}
+    classes, free, tags = grammar.classes, grammar.data.get("free"), {}
     for lemma in lemmas:
         for schema, pos, tenths in grammar.lemmas.get(lemma, ()):
             determined = before in classes["det"]
@@ -228,6 +231,7 @@ def _tags(text: str, lemmas: Sequence[str], before: str, after: str, grammar: Gr
                 fits = noun or before in classes["be"] or not (before or after)
             else:
                 fits = lemma == text and before not in classes["pro"]
+            fits |= bool(free) and not (pos == "v" and before in classes["det"])
             passive = pos == "v" and before in classes["passive"] and text[-3:] != "ing"
             if fits:
                 tenths = max(tenths - _PASSIVE * passive, 1)
