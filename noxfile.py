@@ -123,6 +123,13 @@ def build_zip(session: nox.Session) -> None:
         built.replace(dist / built.name)
 
 
+@nox.session(reuse_venv=True)
+def site(session: nox.Session) -> None:
+    """Build the documents as a site into dist/site; a link that leads nowhere fails."""
+    session.install(*EXTRAS["site"])
+    session.run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "-c", "docs", ".", str(ROOT / "dist" / "site"))
+
+
 @nox.session(venv_backend="none", requires=["full"])
 def benchmarks(session: nox.Session) -> None:
     """Print the README's figures of speed."""
