@@ -15,6 +15,7 @@ PACKAGE_VERBS = {
     "edit": "engine",
     "meaning": "engine",
     "idle": "engine",
+    "lines": "blender",
     "rig": "blender",
     "engine": "full",
     "doctor": "engine",
