@@ -14,8 +14,6 @@ from .files import delete_unfinished
 
 HELD_VARIABLE = "S2AG_HELD"
 """Environment variable of a child whose parent keeps its standard input open: a folder to delete with the parent, or ""."""
-
-
 _temporary_folder = ""
 
 

@@ -57,11 +57,7 @@ def sha256(path: str | os.PathLike) -> str:
 
 MAX_LOGS = 10
 """Number of logs of a kind that are kept."""
-
-
 _PENDING: set[Path] = set()
-
-
 _SWEPT: set[Path] = set()
 _MAX_TRIES = 50
 TEMPORARY_PREFIX = ".s2ag@"

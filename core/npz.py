@@ -16,8 +16,6 @@ MAX_BYTES = 256_000_000
 DAMAGED = (ValueError, KeyError, IndexError, TypeError, AttributeError, OverflowError, EOFError, RuntimeError, SyntaxError)
 DAMAGED += (MemoryError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 """Exceptions of zipfile and numpy for damaged files."""
-
-
 _KINDS = "biufSU"
 """Accepted kinds of dtypes: booleans, numbers, text."""
 

@@ -9,8 +9,7 @@ from types import ModuleType
 def lazily(room: str) -> Callable[[str], ModuleType]:
     """Return the ``__getattr__`` of a package, by which ``from room import file`` gives a module that has not run yet.
 
-    ``from room.file import name`` runs it at once, as anywhere.
-    """
+    ``from room.file import name`` runs it at once, as anywhere."""
 
     def module_of(name: str) -> ModuleType:
         spec = importlib.util.find_spec(f"{room}.{name}")

@@ -1,7 +1,6 @@
 """Documents of meanings: which words of a talk are shown by which gesture, as people and language models write them.
 
-docs/meaning.md describes them; :func:`s2ag.core.cli.meaning.write` makes them of what was understood.
-"""
+docs/meaning.md describes them; :func:`s2ag.core.cli.meaning.write` makes them of what was understood."""
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
@@ -22,8 +21,7 @@ _REMEDY = "docs/meaning.md describes the document."
 class Wanted(NamedTuple):
     """A gesture for words: its ``schema``, how many words call for it, how ``sure`` 0..1 (None: it is shown in any case);
     ``side`` (-1, 1, 0 both), ``size`` (1 as usual) and number of its ``form``, None where seed and style choose. ``before``
-    words the bearing one begin those that call for it.
-    """
+    words the bearing one begin those that call for it."""
 
     schema: str
     count: int = 1
@@ -94,8 +92,7 @@ def find(document: Mapping[str, Any], texts: Sequence[str], schemas: Mapping) ->
     """Find the words of a document among the words of a talk: number of the word that bears a gesture -> the gesture.
 
     An entry's words are looked for after those of the entry before it, or are counted from the beginning with ``nth``. Also
-    returns a sentence for each entry whose words are not said. Raises :class:`UsageError` for an unknown schema.
-    """
+    returns a sentence for each entry whose words are not said. Raises :class:`UsageError` for an unknown schema."""
     said = [" ".join(plain(text)) for text in texts]
     found, missed, start = {}, [], 0
     for number, entry in enumerate(document["gestures"], 1):

@@ -30,8 +30,7 @@ class Gesture:
     different things. In degrees: how far the head shakes (``shake``), leans to the side (``tilt``) or turns with the hand
     (``turn``), how far ``shoulders`` rise, and how much further ``across`` each of several in a row goes. ``often`` is the
     share of its occasions at which it is shown at full readiness, ``acted`` a clip that is played instead of the poses,
-    ``side`` -1 or 1 for what only the left or the right hand shows.
-    """
+    ``side`` -1 or 1 for what only the left or the right hand shows."""
 
     name: str
     arms: str

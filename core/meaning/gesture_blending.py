@@ -23,8 +23,7 @@ _MARGIN_SECONDS = 0.6
 def arms_of_gestures(directions: np.ndarray, shown: Sequence[ScheduledGesture]) -> list[tuple[bool, bool]]:
     """Return whether the left and the right arm show each gesture: by its ``side``, else the arm that is raised more.
 
-    ``directions`` are ``(frames, 9, 3)`` at 15 fps.
-    """
+    ``directions`` are ``(frames, 9, 3)`` at 15 fps."""
     time = np.arange(len(directions)) / skeleton.FPS
     lift = np.arccos(np.clip((directions * rest.REST).sum(-1), -1, 1))
     result = []
@@ -49,8 +48,7 @@ def blend_weight(item: ScheduledGesture, time: np.ndarray) -> np.ndarray:
 def blend_gestures(directions: np.ndarray, shown: Sequence[ScheduledGesture], which: Sequence[tuple[bool, bool]]) -> np.ndarray:
     """Add the gestures to directions ``(frames, 9, 3)`` at 15 fps; return them as float32, bit-equal outside of gestures.
 
-    ``which`` is the result of :func:`arms_of_gestures` for the same directions.
-    """
+    ``which`` is the result of :func:`arms_of_gestures` for the same directions."""
     result, time = np.array(directions, np.float32), np.arange(len(directions)) / skeleton.FPS
     for item, arms in zip(shown, which, strict=True):
         here = slice(*np.searchsorted(time, [item.begin, max(item.end, item.lands + _SHAKE_SECONDS)]))
@@ -80,8 +78,7 @@ def _leading(item: ScheduledGesture) -> int:
 
 def _arm(item: ScheduledGesture, time: np.ndarray, arm: int) -> np.ndarray:
     """Return upper arm and forearm ``(frames, 2, 3)`` for ``arm``, mirrored to the left one: its path, then a hold that sinks
-    slightly.
-    """
+    slightly."""
     gesture = item.gesture
     path = gesture.path if gesture.other is None or arm == _leading(item) else gesture.other
     swing = ramp(time, item.ready - 0.1, item.lands) - _SINK * ramp(time, item.lands, max(item.until, item.lands + 0.3))
@@ -114,8 +111,7 @@ def _move_body(part: np.ndarray, item: ScheduledGesture, arms: tuple[bool, bool]
 def blend_hands(performed: Hands, shown: Sequence[ScheduledGesture], which: Sequence[tuple[bool, bool]]) -> Hands:
     """Blend the palm, direction and handshape of every gesture into the hands of a motion at 15 fps.
 
-    ``which`` is the same as for :func:`blend_gestures`.
-    """
+    ``which`` is the same as for :func:`blend_gestures`."""
     knuckles, palms, shape = performed.knuckles.copy(), performed.palms.copy(), performed.shape.copy()
     time = np.arange(len(performed)) / skeleton.FPS
     for item, arms in zip(shown, which, strict=True):

@@ -29,8 +29,7 @@ class GestureClip:
     def read(cls, name: str, entry: Mapping[str, Any], folder: Path | None) -> "GestureClip":
         """Read the clip, a motion file in ``folder``, of the JSON object ``entry`` of the gesture ``name``.
 
-        Without ``lands`` the stroke ends where the arms are farthest from their first pose. Raises ``ValueError``.
-        """
+        Without ``lands`` the stroke ends where the arms are farthest from their first pose. Raises ``ValueError``."""
         file = entry["clip"]
         path = (folder / file).resolve() if folder is not None and isinstance(file, str) else None
         if folder is None or path is None or not path.is_relative_to(folder.resolve()):
@@ -69,8 +68,7 @@ class GestureClip:
         """Blend the clip into directions ``(frames, 9, 3)`` in place, by ``weight`` ``(frames,)``.
 
         ``arms`` tells whether the left and the right one show it; unless both do, only one arm is changed. Of head and trunk,
-        whose rest pose differs between rigs, the change from the first frame of the clip is added.
-        """
+        whose rest pose differs between rigs, the change from the first frame of the clip is added."""
         mirrored = not all(arms) and arms.index(True) != self.leading_arm
         body, weight = self.at(times, mirrored).directions, weight[:, None]
         edges = [edge for edge in skeleton.ARM_EDGES if arms[edge in skeleton.ARMS[1]]]

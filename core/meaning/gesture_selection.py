@@ -33,8 +33,7 @@ class ScheduledGesture:
     """A scheduled gesture: times in seconds of its start, the start and end of the stroke, and the ends of hold and retraction.
 
     ``side``: -1 for the left hand, 1 for the right, 0 for both or the one that moves more; ``size`` scales the way of the arms;
-    ``across`` (degrees) turns it further to that side, for the successive items of a list.
-    """
+    ``across`` (degrees) turns it further to that side, for the successive items of a list."""
 
     gesture: Gesture
     begin: float
@@ -59,8 +58,7 @@ def choose_gestures(
 
     ``asked`` maps word numbers to the hint and side of the transcript's marks, which are always shown. ``readiness`` 0..1 is
     the share of the other occasions that are. Random choices depend on ``seed`` and the word only. ``found`` is the result of
-    :func:`find_occasions` or :func:`document.find` for the same words, if the caller has it.
-    """
+    :func:`find_occasions` or :func:`document.find` for the same words, if the caller has it."""
     found = find_occasions(vocabulary, words) if found is None else found
     drawn = _draw_gestures(vocabulary, found, readiness, seed)
     chosen: dict[int, Wanted] = {at: one for at, one in found.items() if one.sure is None}
@@ -82,8 +80,7 @@ def find_occasions(
 ) -> dict[int, Wanted]:
     """Return what has a gesture, by the number of the word that carries it.
 
-    A user's own phrases come before what is understood of the sentences (:mod:`sentence`) in a ``language`` (None: English).
-    """
+    A user's own phrases come before what is understood of the sentences (:mod:`sentence`) in a ``language`` (None: English)."""
     texts = [text for text, *_ in words]
     normal = [text.lower().replace("’", "'").strip(".,;:!?\"'()…-–—") for text in texts]
     breaks = [text.rstrip("\"')")[-1:] in ".;:!?…" for text in texts]

@@ -2,8 +2,7 @@
 
 A grammar of a language (assets/meanings/LANGUAGE.json, written by hand) holds frames, sequences of words that decide; a table
 of its lemmas (LANGUAGE.words.json, made from a thesaurus) says which words mean a schema on their own. docs/meaning.md has the
-notation.
-"""
+notation."""
 
 import json
 from collections.abc import Mapping, Sequence

@@ -25,8 +25,7 @@ class Vocabulary:
     """Semantic ``gestures`` by name, and all ``forms`` of each, the first of which it is.
 
     ``phrases``: first word -> ``(words, number of the word that carries the gesture, name of the gesture)``, longest first;
-    ``marks``: hint of a transcript -> name of the gesture.
-    """
+    ``marks``: hint of a transcript -> name of the gesture."""
 
     gestures: dict[str, Gesture]
     phrases: dict[str, tuple]
@@ -38,8 +37,7 @@ class Vocabulary:
         of those before it.
 
         Longer phrases win, and phrases do not overlap. ``words`` are in lower case without punctuation; ``breaks[k]`` tells
-        that a sentence ends after word ``k``.
-        """
+        that a sentence ends after word ``k``."""
         matches, at = {}, 0
         while at < len(words):
             for phrase, bearer, gesture in self.phrases.get(words[at], ()):
@@ -56,8 +54,7 @@ def load_vocabulary(extra: str | PathLike | None = None) -> Vocabulary:
     """Load the shipped vocabulary; gestures and handshapes of the file ``extra`` are added or replace those of the same name. A
     gesture without poses adds words and marks to the shipped one.
 
-    Raises :class:`UsageError` if the file is not a vocabulary.
-    """
+    Raises :class:`UsageError` if the file is not a vocabulary."""
     return _build(*_shipped()) if extra is None else _load_extended(extra)
 
 

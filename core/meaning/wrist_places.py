@@ -13,8 +13,7 @@ _SHORTEST, _LONGEST = 0.16, _UPPER + _FORE - 0.01
 def reach(places: np.ndarray) -> np.ndarray:
     """Return directions ``(n, 2, 3)`` of the left upper arm and forearm whose wrist is at ``places`` ``(n, 3)``.
 
-    Places are metres outward, up and forward from the shoulder; those out of reach are approached.
-    """
+    Places are metres outward, up and forward from the shoulder; those out of reach are approached."""
     target = np.asarray(places, float) * (-1.0, -1.0, 1.0)
     far = np.linalg.norm(target, axis=1, keepdims=True)
     toward = np.where(far > 1e-6, target / np.maximum(far, 1e-6), (0.0, 0.0, 1.0))

@@ -68,8 +68,6 @@ def normalize(vectors: np.ndarray) -> np.ndarray:
 
 MEAN_UNIT = normalize(MEAN)
 """:data:`MEAN` as unit vectors."""
-
-
 REST = MEAN_UNIT.copy()
 REST[list(ARM_EDGES)] = normalize(
     np.array([[-0.23, 0.97, -0.02], [-0.08, 0.95, 0.30], [0.23, 0.97, -0.02], [0.08, 0.95, 0.30]], np.float32)

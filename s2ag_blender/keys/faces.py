@@ -24,8 +24,6 @@ from . import keyframes
 FACES = "s2ag_faces"
 """Name of an action's custom property: JSON of the face that it drives, a list with one entry per mesh."""
 _ACTION, _BASE = "s2ag_face_action_{}", "s2ag_face_base_{}"  # pointers to actions, which survive renaming
-
-
 _FADE_SECONDS = 0.2
 """Seconds in which a face fades to rest at the end of its motion if nothing else fades it out."""
 

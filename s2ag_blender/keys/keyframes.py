@@ -20,8 +20,6 @@ from .key_reduction import KeyReducer, ReducedKeys, handles
 
 FORMER = "s2ag_former"
 """Name of an action's custom property that holds, as JSON text, the values that its keys replaced."""
-
-
 BONES_PER_SLICE = 8
 """Bones keyed per slice; a minute of keys of one bone takes 3 ms."""
 _SIDES = "left", "right"

@@ -34,8 +34,6 @@ MIN_ANGLE = np.radians(2.0)
 """Radians below which a rotation says nothing about its axis."""
 MAX_MISS_DEGREES = 1.0
 """Degrees by which an arm may miss its direction without a warning."""
-
-
 _Rotations = np.ndarray | list[np.ndarray]
 
 

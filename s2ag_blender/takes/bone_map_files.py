@@ -41,8 +41,7 @@ def reset(armature: ArmatureObject) -> None:
 def load(armature: ArmatureObject, path: str | Path) -> Mapping:
     """Load a bone map from a file and return it. Incomplete maps are allowed: the panel shows what is missing.
 
-    Raises :class:`RigUnusable`, before changing anything, if the file is no bone map or names bones the armature lacks.
-    """
+    Raises :class:`RigUnusable`, before changing anything, if the file is no bone map or names bones the armature lacks."""
     mapping = maps.load(path)
     _require_bones(armature, mapping.chains | ({"hips": (mapping.hips,)} if mapping.hips else {}))
     armature.s2ag.bone_map.clear()
@@ -65,8 +64,7 @@ def _fill(settings: Any, mapping: Mapping) -> None:
 def save(armature: ArmatureObject, path: str | Path) -> Mapping:
     """Write the chosen bones, else the detected ones, as a bone map file; return the map.
 
-    Raises :class:`OutputUnwritable`, and :class:`RigUnusable` if a bone is in two parts.
-    """
+    Raises :class:`OutputUnwritable`, and :class:`RigUnusable` if a bone is in two parts."""
     mapping = chosen_bones.mapping_of_settings(armature.s2ag)
     if mapping is None:
         mapping, _ = reading.survey(armature)

@@ -1,8 +1,7 @@
 """Applies constraints exactly: keyed poses of chosen bones, and hands at objects of the scene.
 
 The engine blends gestures with constraints on a body of standard proportions; here the character's own bones reach them
-exactly. Each version of a take stores its constraints (:data:`PINS`), so that later edits keep them.
-"""
+exactly. Each version of a take stores its constraints (:data:`PINS`), so that later edits keep them."""
 
 import json
 from collections.abc import Sequence
@@ -80,8 +79,7 @@ def place_edit(
 ) -> tuple[list[dict], list[dict]]:
     """Return the edit that keeps a hand at an object, or pointing at it, on the frames of ``span``, and its constraint.
 
-    Raises :class:`UsageError` if the arm cannot reach it.
-    """
+    Raises :class:`UsageError` if the arm cannot reach it."""
     bones, mapping, options = resolved_figure(armature, action)
     with _restored_playhead(scene):
         scene.frame_set((span[0] + span[1]) // 2)
@@ -121,8 +119,7 @@ def reapply_pins(
     """Apply the constraints of the ``former`` version of a take to the new one, and ``more`` constraints on the former.
 
     Those whose edits are off are stored and not applied; ones that are on again are as in the first of the ``others``, versions
-    of the take, that has them. Those whose edits are gone are gone.
-    """
+    of the take, that has them. Those whose edits are gone are gone."""
     pins = [*pins_of(former), *more]
     known, now = gesture_edits.edits_of(former), gesture_edits.edits_of(action)
     pins = [pin for pin in pins if pin in more or _edit_of(pin, now) or not _edit_of(pin, known)]

@@ -18,8 +18,7 @@ def poses_around(armature: ArmatureObject, scene: bpy.types.Scene, span: Any, se
     """Return frame numbers of the motion and their edge directions, ``[[n], [n x 9 x 3]]``; None if there are none.
 
     ``span`` is the voice's :class:`sources.Span`, ``figure`` are bones, mapping and options for :func:`poses.directions`.
-    Sides on which the motion starts or ends with the current pose have no surroundings; neither have layers.
-    """
+    Sides on which the motion starts or ends with the current pose have no surroundings; neither have layers."""
     if not span.piece or settings.result == "LAYER":
         return None
     shown = layers.draft_of(armature)

@@ -88,8 +88,7 @@ def copy_curves(armature: ArmatureObject, action: bpy.types.Action, bag: Bag) ->
 
 def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return the affects that a take followed, slider and voice together, by name, each at scene frames ``(n,)``; none for a
-    take that heard nothing.
-    """
+    take that heard nothing."""
     meta = provenance.read(action) or {}
     try:
         tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS}

@@ -22,8 +22,7 @@ def conversation_parameters(
 ) -> dict[str, Any]:
     """Return the engine's parameters of the partner: ``toward``, and ``hears`` with ``later`` where it has a voice.
 
-    ``figure`` are the bones and mapping for :func:`poses.to_canonical`.
-    """
+    ``figure`` are the bones and mapping for :func:`poses.to_canonical`."""
     other = settings.partner
     if other is None or other == armature or other.name not in scene.objects:
         return {}

@@ -2,8 +2,7 @@
 
 A draft is the active action. A layer's draft is combined with the animation below, as its strip would be; meanwhile the
 former action is on a track of its own and the strip that the layer replaces is muted. The values to restore are stored on the
-object, so that undo always restores both.
-"""
+object, so that undo always restores both."""
 
 import contextlib
 import json

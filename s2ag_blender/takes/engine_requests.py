@@ -42,8 +42,7 @@ def stop_engine() -> None:
 def request(settings: Any, audio: str = "") -> dict:
     """Return the engine's parameters for a character's settings; ``audio`` is what it hears if that is not the named file.
 
-    Raises :class:`UsageError` where something is not chosen.
-    """
+    Raises :class:`UsageError` where something is not chosen."""
     audio = audio or bpy.path.abspath(settings.audio)
     if not audio:
         raise UsageError("No recording is chosen.", "Choose one in the panel.")
@@ -115,8 +114,7 @@ def take_motion(path: str) -> Motion:
 def export(context: Context, armature: ArmatureObject, path: str) -> None:
     """Write the character with what it plays as ``.bvh``, ``.fbx`` or ``.glb``, by the suffix of ``path``.
 
-    Raises :class:`UsageError` for another suffix, :class:`OutputUnwritable` where writing fails.
-    """
+    Raises :class:`UsageError` for another suffix, :class:`OutputUnwritable` where writing fails."""
     from ..characters import loading
     from ..characters.character import Character
     from ..render import export

@@ -1,8 +1,7 @@
 """Generates gestures for a character in three steps: plan, run the engine, finish.
 
 :func:`plan` reads everything from Blender, :func:`finish` writes everything; between them no Blender data is referenced, so
-undo, renaming and opening another file are safe. Scripts and background mode use :func:`wait`, which does all three.
-"""
+undo, renaming and opening another file are safe. Scripts and background mode use :func:`wait`, which does all three."""
 
 from collections.abc import Callable, Generator
 from dataclasses import replace
@@ -68,8 +67,7 @@ def plan(
     action, and keeps its constraints ``pins``. If the take of ``like`` followed its sound, the result has its timing, or the
     frames ``span``. The engine is asked for ``count`` takes, by default one if it is told which, else as many as are set.
 
-    Raises :class:`S2agError` for everything that the user must fix first.
-    """
+    Raises :class:`S2agError` for everything that the user must fix first."""
     reading.require_armature(armature)
     apply.require_rate(context.scene)
     test_pose.end_test_pose(armature)
@@ -160,8 +158,7 @@ def _pose_of_draft(
 ) -> tuple[dict[str, Any] | None, dict[str, Any]]:
     """Return ``keyed_pose`` and ``changes`` with the pose from which the playing draft started, not the draft's own pose.
 
-    A draft without a matching pose is removed, so that the pose below it can be read.
-    """
+    A draft without a matching pose is removed, so that the pose below it can be read."""
     shown = layers.draft_of(armature)
     if shown is None or "CURRENT" not in (settings.start_pose, settings.end_pose):
         return None, changes
@@ -181,16 +178,14 @@ def wait(context: Context, planned: Plan, progress: Callable[[str, float], None]
 def finish(planned: Plan, result: dict[str, Any]) -> Outcome:
     """Key the engine's motions on the character; if that fails, nothing is left behind.
 
-    Raises :class:`S2agError`, also if the character or the scene is gone.
-    """
+    Raises :class:`S2agError`, also if the character or the scene is gone."""
     return run_to_end(finish_in_slices(planned, result))
 
 
 def finish_in_slices(planned: Plan, result: dict[str, Any]) -> Generator[float, None, Outcome]:
     """Run :func:`finish` in slices: yield the share done (0..1) whenever Blender may draw, and return the outcome.
 
-    Blender's data is looked up again in every slice, since anything may happen to it in between. A draft is a single slice.
-    """
+    Blender's data is looked up again in every slice, since anything may happen to it in between. A draft is a single slice."""
     warnings = [*planned.warnings, *result.get("warnings", ())]
     motions, laying, made = [], None, []
     for motion in result["motions"]:  # a path, or loaded already
@@ -259,8 +254,7 @@ def _find_actions(made: list[int]) -> list[bpy.types.Action]:
 
 def _finish(planned: Plan, made: list[int], motions: list[Motion], warnings: list[str]) -> Generator[float, None, Outcome]:
     """Annotate the actions and add them as takes, in slices as :func:`finish_in_slices`; only the last slice changes the
-    view.
-    """
+    view."""
     for number, performed in enumerate(motions):
         gesture_edits.store_gestures(_find_actions(made)[number], performed, _find_target(planned)[1])
         yield 1.0

@@ -241,8 +241,7 @@ def edits_of(action: bpy.types.Action) -> list[dict]:
 def plan_arguments(action: bpy.types.Action, edits: list[dict]) -> dict[str, Any]:
     """Return arguments for ``generate.plan`` that make a take again with these edits.
 
-    Raises :class:`UsageError` if the take was made by other weights.
-    """
+    Raises :class:`UsageError` if the take was made by other weights."""
     meta = provenance.require(action)
     hash_ = menu_items.speakers_and_controls(stored_settings.settings_view(meta["settings"])).get("hash")
     if hash_ and meta.get("checkpoint") not in (None, hash_):
@@ -254,8 +253,7 @@ def plan_arguments(action: bpy.types.Action, edits: list[dict]) -> dict[str, Any
 def restore_untouched_keys(former: bpy.types.Action, action: bpy.types.Action, scene: bpy.types.Scene) -> None:
     """Restore the keys of the ``former`` take wherever the edits by which the two differ touched nothing.
 
-    Solving a rig depends on the whole motion, so the last digits would differ; and keys edited by hand stay.
-    """
+    Solving a rig depends on the whole motion, so the last digits would differ; and keys edited by hand stay."""
     meta, before = provenance.read(action), provenance.read(former)
     if not meta or not before or any(meta.get(name) != before.get(name) for name in ("start", "place", timing.WAY)):
         return

@@ -30,8 +30,7 @@ def capture(
     """Sample the evaluated pose of the armature from frame ``first`` to ``last`` (default: the scene's) at 15 fps.
 
     Includes constraints, drivers and other animation. Raises :class:`RigUnusable` if bones are unknown, and
-    :class:`UsageError` for an empty range. Restores the scene's current frame.
-    """
+    :class:`UsageError` for an empty range. Restores the scene's current frame."""
     reading.require_armature(armature)
     context = current_context()
     scene = context.scene
@@ -75,8 +74,7 @@ def save_take(
     """Write the animation, its sound and its words to ``folder`` under one name, as ``s2ag data plain`` reads them.
 
     The sound starts at the first frame. Words are the file ``transcript`` or the ``text`` itself; ``frames`` are further
-    arguments of :func:`capture`. Returns the path of the motion. Raises :class:`S2agError`.
-    """
+    arguments of :func:`capture`. Returns the path of the motion. Raises :class:`S2agError`."""
     folder, source = Path(folder), Path(sound)
     if not source.is_file():
         raise UsageError(f"The recording {source} does not exist.", "Choose the speech that belongs to the action.")
@@ -116,8 +114,7 @@ def _bones_of_joints(mapping: Mapping) -> dict[str, tuple[str, bool]]:
 def speech_of(armature: ArmatureObject, scene: bpy.types.Scene) -> dict[str, Any]:
     """Return the character's speech by the settings of its panel, as arguments of :func:`save_take`.
 
-    Raises :class:`UsageError` where nothing is chosen, and :class:`AudioUnreadable` for an unreadable recording.
-    """
+    Raises :class:`UsageError` where nothing is chosen, and :class:`AudioUnreadable` for an unreadable recording."""
     settings = armature.s2ag
     voice = sources.find_voice(settings, scene)
     words = sources.words_parameters(settings, "" if settings.audio_source == "MIXDOWN" else voice.path)

@@ -17,8 +17,7 @@ def add(
 ) -> int:
     """Mark the words ``(word, start, end)`` (seconds) of a recording that begins at frame ``start``; return their number.
 
-    Only frames from ``first`` to ``last`` are marked. Markers with this prefix in that range are replaced.
-    """
+    Only frames from ``first`` to ``last`` are marked. Markers with this prefix in that range are replaced."""
     rate = scene_fps(scene)
     placed = [(word, round(start + begin * rate)) for word, begin, _ in words]
     placed = [(word, frame) for word, frame in placed if frame >= first and (last is None or frame <= last)]

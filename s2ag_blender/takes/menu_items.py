@@ -1,7 +1,6 @@
 """Items of the panel's menus and search fields: styles of the checkpoint, kinds of gestures, sound strips of the scene, bones.
 
-Registering the extension runs this file, which therefore imports what is slow to load where it is used.
-"""
+Registering the extension runs this file, which therefore imports what is slow to load where it is used."""
 
 import functools
 import re
@@ -37,8 +36,7 @@ def control_names(settings: Any = None) -> list[str]:
 
 def speakers_and_controls(settings: Any = None) -> dict[str, Any]:
     """Return the speakers and controls of a character's checkpoint (the shipped one's without ``settings``); empty where it
-    cannot be read.
-    """
+    cannot be read."""
     from ...core.model import checkpoint_metadata
 
     checkpoint = checkpoint_of(settings) if settings is not None else ""

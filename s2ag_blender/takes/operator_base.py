@@ -18,8 +18,7 @@ TICK = 0.01
 def character(context: Context) -> ArmatureObject | None:
     """Return the armature of the active object (see :func:`armature_of`), else the only selected one, or None.
 
-    Importers may leave another object active, such as an empty that is a child of the armature.
-    """
+    Importers may leave another object active, such as an empty that is a child of the armature."""
     active = context.active_object or context.view_layer.objects.active  # hidden objects are not context.active_object
     armature = armature_of(active)
     if armature is None and active is not None:
@@ -48,8 +47,7 @@ def _chosen(context: Context) -> ArmatureObject:
 class GeneratingOperator:
     """Base of operators that generate gestures; subclasses override :meth:`planned`.
 
-    Nothing in the file changes before everything is finished, and then in one undo step.
-    """
+    Nothing in the file changes before everything is finished, and then in one undo step."""
 
     bl_options = {"REGISTER", "UNDO"}
     _timer = cast("bpy.types.Timer | None", None)

@@ -2,8 +2,7 @@
 
 One draft per character is computed at a time. It is shown when it is ready, whatever has changed since, so that the
 character moves while a slider is dragged; the next draft is requested before this one is keyed, so that the engine works while
-Blender keys and draws. A draft is one action whose curves are replaced, outside undo; the final take replaces it.
-"""
+Blender keys and draws. A draft is one action whose curves are replaced, outside undo; the final take replaces it."""
 
 from collections.abc import Callable
 from typing import Any

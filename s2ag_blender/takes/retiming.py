@@ -1,7 +1,6 @@
 """Makes a take follow its sound strip when that is moved, trimmed, stretched, or plays another recording of the same words.
 
-Keys, markers and provenance of all versions are moved with the sound. Only parts that had been cut off are generated anew.
-"""
+Keys, markers and provenance of all versions are moved with the sound. Only parts that had been cut off are generated anew."""
 
 import json
 from collections.abc import Callable
@@ -123,8 +122,7 @@ def _is_cut(origin: dict[str, Any], now: dict[str, Any], by: float) -> bool:
 def follow(armature: ArmatureObject, scene: bpy.types.Scene, heard: Motion | None = None) -> Change:
     """Make all versions of the selected take follow their sound; ``heard`` is a motion of the new recording, if it has one.
 
-    Raises :class:`UsageError` if nothing has changed, or if the take was blended into other animation, which must stay.
-    """
+    Raises :class:`UsageError` if nothing has changed, or if the take was blended into other animation, which must stay."""
     take = take_list.active(armature)
     what, place = change(take.action, scene), layers.Place.of(take.action)
     if what is None or place is None:
@@ -254,8 +252,7 @@ def _replace_face(armature: ArmatureObject, action: bpy.types.Action, heard: Mot
 def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int] | None = None) -> sources.Voice | None:
     """Return the recording from which to regenerate a take that followed its sound, on its frames or on ``span``; else None.
 
-    Raises :class:`UsageError` if that recording is gone or was overwritten.
-    """
+    Raises :class:`UsageError` if that recording is gone or was overwritten."""
     origin, place = provenance.read(action) or {}, layers.Place.of(action)
     follows = origin.get(FOLLOWS)
     if not isinstance(follows, dict) or not isinstance(follows.get("path"), str) or place is None:

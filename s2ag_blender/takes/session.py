@@ -43,8 +43,7 @@ class Run:
     def step(self) -> generate.Outcome | None:
         """Poll the engine or key for a slice, without waiting; return the outcome when finished, else None.
 
-        Raises the :class:`S2agError` with which the run ended.
-        """
+        Raises the :class:`S2agError` with which the run ended."""
         if self.cancelled:
             raise Cancelled("Cancelled.")
         if self._laying is not None:

@@ -1,7 +1,6 @@
 """Manages the sound strip of a run, which is audible while one of its takes is shown.
 
-A strip of ours has a tag that is also stored on its takes. Strips of the user have none and are never changed.
-"""
+A strip of ours has a tag that is also stored on its takes. Strips of the user have none and are never changed."""
 
 import uuid
 from typing import Any
@@ -22,8 +21,7 @@ _SILENCED = "s2ag_silenced"  # on strips that were muted here, not by the user
 def add_strip(scene: bpy.types.Scene, path: str, start: int, name: str, wanted: bool = True) -> tuple[str, list[str]]:
     """Find the strip of a recording at a frame, or add it if ``wanted``; return its tag and messages for the user.
 
-    The tag is "" if the strip is the user's or there is none. Raises :class:`AudioUnreadable`.
-    """
+    The tag is "" if the strip is the user's or there is none. Raises :class:`AudioUnreadable`."""
     others = [strip for strip in sound.of_file(scene, path) if TAG not in strip]
     strip = sound.playing(scene, path, start)
     if strip is None and not wanted:
@@ -70,8 +68,7 @@ def _siblings(scene: bpy.types.Scene, strip: Any) -> Any:
 def unmute_strip_of(armature: ArmatureObject, action: bpy.types.Action) -> list[str]:
     """Unmute the strip of the shown take and mute those of the character's other takes on its frames.
 
-    Returns the names of newly muted strips. Strips of the user and of other characters' takes stay.
-    """
+    Returns the names of newly muted strips. Strips of the user and of other characters' takes stay."""
     place, shown = Place.of(action), json_properties.text(action, TAG)
     if place is None:
         return []

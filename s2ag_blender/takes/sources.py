@@ -42,8 +42,7 @@ class Span:
 class Voice:
     """The recording for the engine, with its display name.
 
-    ``placed`` if the sequencer plays it already; ``tag`` is that of our strip which does (:data:`sound_strips.TAG`), or "".
-    """
+    ``placed`` if the sequencer plays it already; ``tag`` is that of our strip which does (:data:`sound_strips.TAG`), or ""."""
 
     path: str
     span: Span
@@ -59,8 +58,7 @@ class Voice:
 def find_voice(settings: Any, scene: bpy.types.Scene) -> Voice:
     """Return the recording of a character and its frames; writes a mixdown if that is chosen.
 
-    Raises :class:`UsageError` for missing choices and :class:`AudioUnreadable` for unreadable sound.
-    """
+    Raises :class:`UsageError` for missing choices and :class:`AudioUnreadable` for unreadable sound."""
     reason = missing_inputs(settings, scene)
     if reason:
         raise UsageError(f"{reason}.", "The panel has it at its top or under Frames and Sound.")
@@ -159,8 +157,7 @@ def strip_span(settings: Any, scene: bpy.types.Scene, strip: SoundStrip) -> Span
 def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
     """Write the sequencer's sound from ``first`` to ``last`` as a WAV in Blender's temporary folder; return its path.
 
-    Raises :class:`AudioUnreadable` where this Blender has no sound or the sequencer is silent.
-    """
+    Raises :class:`AudioUnreadable` where this Blender has no sound or the sequencer is silent."""
     path = compat.temporary_folder() / f"s2ag-mixdown-{scene.session_uid}.wav"
     path.unlink(missing_ok=True)
     before = scene.frame_start, scene.frame_end
@@ -180,8 +177,7 @@ def mixdown(scene: bpy.types.Scene, first: int, last: int) -> str:
 def words_parameters(settings: Any, audio: str) -> Mapping[str, str | bool]:
     """Return the engine's parameters for the words: ``transcript``, ``text`` or ``recognise``, or {}.
 
-    Raises :class:`UsageError` if a text block is to be used and none is chosen.
-    """
+    Raises :class:`UsageError` if a text block is to be used and none is chosen."""
     if settings.transcript_source == "RECOGNISE":
         return {"recognise": True}
     if settings.transcript_source == "FILE":
@@ -198,8 +194,7 @@ def words_parameters(settings: Any, audio: str) -> Mapping[str, str | bool]:
 
 def words_again(params: dict[str, Any], audio: str, spoken: str) -> Mapping[str, str | bool]:
     """Return the engine's parameters for the words of another recording of what a take with ``params`` says: recognised again,
-    or from the file beside the recording, or the words ``spoken`` as they are.
-    """
+    or from the file beside the recording, or the words ``spoken`` as they are."""
     if "recognise" in params:
         return {"recognise": True}
     return words_beside(audio) or {"text": spoken}

@@ -29,8 +29,7 @@ def snapshot(settings: Any) -> dict[str, Any]:
 def settings_view(stored: dict) -> SimpleNamespace:
     """Return a read-only copy of the settings that :func:`snapshot` stored; no character is changed.
 
-    Settings that an older version did not have get their defaults.
-    """
+    Settings that an older version did not have get their defaults."""
     group: Any = bpy.types.Object.bl_rna.properties["s2ag"]
     every = group.fixed_type.properties
     plain = {one.identifier: one.default for one in every if one.type in ("BOOLEAN", "INT", "FLOAT", "STRING")}

@@ -1,7 +1,6 @@
 """Measures the time warp of a retimed sound strip, because Blender exposes only the frames of retiming keys.
 
-A copy of the scene plays a ramp instead of the sound; its amplitude shows the position in the sound.
-"""
+A copy of the scene plays a ramp instead of the sound; its amplitude shows the position in the sound."""
 
 import wave
 from pathlib import Path
@@ -38,8 +37,7 @@ def is_stretched(strip: SoundStrip) -> bool:
 def strip_time_map(scene: bpy.types.Scene, strip: SoundStrip) -> TimeMap | None:
     """Return the time warp of a strip, from seconds of its sound to seconds after the strip's start; None without one.
 
-    It is measured where the strip is visible and extrapolated linearly. Raises :class:`AudioUnreadable`.
-    """
+    It is measured where the strip is visible and extrapolated linearly. Raises :class:`AudioUnreadable`."""
     if not is_stretched(strip):
         return None
     fps, start = scene_fps(scene), compat.strip_start(strip)

@@ -25,8 +25,7 @@ def add_takes(
 ) -> None:
     """Append the actions of one run to the list and show the first of them.
 
-    Each take stores the display name of its ``recording`` and the ``warnings`` of the run.
-    """
+    Each take stores the display name of its ``recording`` and the ``warnings`` of the run."""
     settings = armature.s2ag
     run = 1 + max((take.run for take in settings.takes), default=0)
     first = len(settings.takes)
@@ -104,8 +103,7 @@ def show(armature: ArmatureObject) -> None:
 def delete(armature: ArmatureObject, indices: Iterable[int]) -> None:
     """Delete takes, and their actions unless something else uses them.
 
-    If the playing take is deleted, its neighbour plays, or the action from before the takes.
-    """
+    If the playing take is deleted, its neighbour plays, or the action from before the takes."""
     settings = armature.s2ag
     shown = active(armature)
     playing = shown.action if shown else None
@@ -126,8 +124,7 @@ def delete(armature: ArmatureObject, indices: Iterable[int]) -> None:
 def discard(armature: ArmatureObject, action: bpy.types.Action) -> None:
     """Stop playing an action of ours, and delete it, now or as soon as nothing else uses it.
 
-    What it was made from plays again, unless that was deleted before it.
-    """
+    What it was made from plays again, unless that was deleted before it."""
     seen = {action.session_uid}
     while True:
         data = armature.animation_data

@@ -14,8 +14,7 @@ def add_version(
     armature: ArmatureObject, former: bpy.types.Action, action: bpy.types.Action, warnings: Sequence[str] = (), title: str = ""
 ) -> bool:
     """Add ``action`` as the newest version of the take that plays ``former``, with a ``title`` that says what is new; return
-    False if no take plays that.
-    """
+    False if no take plays that."""
     settings = armature.s2ag
     number = next((number for number, take in enumerate(settings.takes) if take.action == former), None)
     if number is None:

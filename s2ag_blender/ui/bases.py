@@ -36,3 +36,10 @@ def require_character(context: Context) -> ArmatureObject:
     armature = character(context)
     assert armature is not None
     return armature
+
+
+def may_run(cls: Any, reason: str) -> bool:
+    """Return whether an operator class may run, there being no ``reason`` why not, which its greyed button tells."""
+    if reason:
+        cls.poll_message_set(reason)
+    return not reason

@@ -13,7 +13,7 @@ from ..keys import test_pose
 from ..rig import chosen_bones, readiness
 from ..takes import bone_map_files, stored_settings
 from ..translations import translate, translate_error
-from .bases import OperatorResult, require_character
+from .bases import OperatorResult, may_run, require_character
 from .bone_maps import OfCharacter
 
 
@@ -60,9 +60,7 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
             reason = translate("Press Choose Bones first")
         elif armature.mode != "POSE" or not compat.selected_bones(armature):
             reason = translate("Select the bones in pose mode first")
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+        return may_run(cls, reason)
 
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)

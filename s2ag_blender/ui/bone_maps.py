@@ -13,7 +13,7 @@ from ..rig import facemaps
 from ..takes import bone_map_files
 from ..takes.operator_base import character
 from ..translations import translate, translate_error
-from .bases import OperatorMixin, OperatorResult, require_character
+from .bases import OperatorMixin, OperatorResult, may_run, require_character
 
 
 class OfCharacter(OperatorMixin):
@@ -31,9 +31,7 @@ class OfCharacter(OperatorMixin):
             reason = translate("The character is linked: make a library override of it first")
         elif armature.mode == "EDIT":
             reason = translate("Leave edit mode first")
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+        return may_run(cls, reason)
 
 
 class S2AG_OT_edit_bone_map(OfCharacter, bpy.types.Operator):

@@ -2,8 +2,7 @@
 
 The verbs run in the engine's Python, with the options, messages and exit codes of the command line; it starts this Blender
 again for verbs that need it. A Python that was chosen runs its own package; in Blender's Python, verbs that only the package
-has end with an error (:mod:`core.cli.parser`).
-"""
+has end with an error (:mod:`core.cli.parser`)."""
 
 import contextlib
 import signal
@@ -53,8 +52,7 @@ def _verb(arguments: list[str]) -> int:
     """Run a verb in the engine's Python and return its exit code.
 
     The child shares the terminal, so Ctrl-C reaches it, too; SIGTERM is passed on. Raises :class:`S2agError` if a Python that
-    was chosen does not have the package in this version.
-    """
+    was chosen does not have the package in this version."""
     python = engine_state.interpreter(current_context())
     if client.is_chosen(python):
         interpreter.require_package(client.find_interpreter(python))

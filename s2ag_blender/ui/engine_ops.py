@@ -14,7 +14,7 @@ from ..engine import client, engine_state, errors_log
 from ..takes import engine_requests
 from ..takes.operator_base import redraw
 from ..translations import translate, translate_error
-from .bases import OperatorResult
+from .bases import OperatorResult, may_run
 
 _README = Path(__file__).parents[2] / "README.md"
 
@@ -22,8 +22,7 @@ _README = Path(__file__).parents[2] / "README.md"
 def begin(context: Context, path: str = "") -> interpreter.Check:
     """Start checking the engine at ``path``, which is used from then on if it works, or the one in use; return at once.
 
-    Call :func:`tick` until it returns False. Raises :class:`S2agError` if there is no such engine.
-    """
+    Call :func:`tick` until it returns False. Raises :class:`S2agError` if there is no such engine."""
     chosen = interpreter.find_python(path) if path else engine_state.interpreter(context)
     python = client.find_interpreter(chosen)
     engine_state.STATE.error = None
@@ -202,10 +201,7 @@ class S2AG_OT_open_log(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if errors_log.latest() is None:
-            cls.poll_message_set(translate("Nothing has failed in this session"))
-            return False
-        return True
+        return may_run(cls, translate("Nothing has failed in this session") if errors_log.latest() is None else "")
 
     def execute(self, context: Context) -> OperatorResult:
         path = errors_log.latest()

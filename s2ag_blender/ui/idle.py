@@ -25,8 +25,7 @@ def idle_in_slices(
     armatures: list[ArmatureObject], start: int, scene: bpy.types.Scene, seconds: float, stillness: float, loop: bool
 ) -> Generator[float, None, tuple[list[bpy.types.Action], list[S2agError]]]:
     """Let each character idle from frame ``start``, with its style and its seed plus its number here; yield the share done
-    wherever Blender may draw. Returns the actions, and why characters got none.
-    """
+    wherever Blender may draw. Returns the actions, and why characters got none."""
     actions, errors, rate = [], [], apply.scene_fps(scene)
     with ThreadPoolExecutor(1) as pool:
         asked = [(one.s2ag.style, one.s2ag.seed + number) for number, one in enumerate(armatures)]

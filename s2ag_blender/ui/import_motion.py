@@ -26,8 +26,7 @@ def apply_motion_file(
 ) -> bpy.types.Action:
     """Key a motion file on ``armature`` from frame ``start`` (None: the scene's first) with its settings; return the action.
 
-    ``report`` is called with each warning. Raises :class:`S2agError` before anything is changed.
-    """
+    ``report`` is called with each warning. Raises :class:`S2agError` before anything is changed."""
     from ...core.motion.readers import motion_files  # registering needs none of it
 
     motion = motion_files.load(path)

@@ -8,7 +8,7 @@ from ..datablocks import Context
 from ..takes import drafts, learning, sources
 from ..takes.operator_base import character
 from ..translations import translate, translate_error
-from .bases import OperatorMixin, OperatorResult, require_character
+from .bases import OperatorMixin, OperatorResult, may_run, require_character
 
 
 class S2AG_OT_learn(OperatorMixin, bpy.types.Operator):
@@ -31,9 +31,7 @@ class S2AG_OT_learn(OperatorMixin, bpy.types.Operator):
             reason = translate("The character has no animation to learn from")
         else:
             reason = sources.missing_inputs(armature.s2ag, context.scene)
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+        return may_run(cls, reason)
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         context.window_manager.fileselect_add(self)

@@ -14,7 +14,7 @@ from ..rig import readiness
 from ..takes import engine_requests, generate, markers, session, sources, take_list
 from ..takes.operator_base import GeneratingOperator, character
 from ..translations import translate, translate_error
-from .bases import OperatorMixin, OperatorResult, require_character
+from .bases import OperatorMixin, OperatorResult, may_run, require_character
 
 
 def why_disabled(context: Context) -> str:
@@ -55,9 +55,7 @@ class S2AG_OT_generate(GeneratingOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         reason = why_disabled(context)
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+        return may_run(cls, reason)
 
 
 class S2AG_OT_cancel(bpy.types.Operator):

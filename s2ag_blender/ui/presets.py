@@ -10,6 +10,7 @@ from ..datablocks import Context
 from ..takes.operator_base import character
 from ..translations import translate
 from . import setting_properties
+from .bases import may_run
 
 LABEL = "Gesture Presets"
 FOLDER = "s2ag/character"
@@ -43,10 +44,7 @@ class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        if character(context) is None:
-            cls.poll_message_set(translate("Select a character"))
-            return False
-        return True
+        return may_run(cls, translate("Select a character") if character(context) is None else "")
 
 
 class S2AG_PT_presets(PresetPanel, bpy.types.Panel):

@@ -55,8 +55,7 @@ class SettingProperties:
 
 def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: bool = True, switches: bool = True) -> None:
     """Draw the settings of a group. Controls form one block, greyed unless ``steered``; settings that depend on a switch are
-    drawn below it, greyed while it is off; without ``switches`` the caller draws the switch.
-    """
+    drawn below it, greyed while it is off; without ``switches`` the caller draws the switch."""
     blocks: dict = {}
     for identifier, one in SETTINGS.items():
         if one.group != group or (one.hidden_by and getattr(settings, one.hidden_by)):

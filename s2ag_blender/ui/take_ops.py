@@ -11,7 +11,7 @@ from ..keys import apply, density
 from ..takes import control_curves, drafts, generate, menu_items, take_list
 from ..takes.operator_base import GeneratingOperator, character
 from ..translations import translate
-from .bases import OperatorMixin, OperatorResult, require_character
+from .bases import OperatorMixin, OperatorResult, may_run, require_character
 from .operators import why_disabled
 
 
@@ -47,9 +47,7 @@ class OfTake(GeneratingOperator, OperatorMixin):
         armature, take = selected(context)
         reason = why_disabled(context) if armature is None or take is not None else translate("Select a take in the list")
         reason = reason or cls.unknown(take)
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+        return may_run(cls, reason)
 
 
 class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
@@ -135,9 +133,7 @@ class S2AG_OT_style_grid(GeneratingOperator, bpy.types.Operator):
         reason = why_disabled(context)
         if not reason and len(menu_items.style_names(require_character(context).s2ag)) < 2:
             reason = translate("This gesture model has one style only")
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+        return may_run(cls, reason)
 
     def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         styles = menu_items.style_names(armature.s2ag)

@@ -14,7 +14,7 @@ from ..render import stage as stage_module
 from ..takes import engine_requests, generate, session, take_list
 from ..takes.operator_base import GeneratingOperator
 from ..translations import translate, translate_error
-from .bases import OperatorResult
+from .bases import OperatorResult, may_run
 
 VOICE = Path(__file__).parents[2] / "core" / "assets" / "hello.mp3"
 """The example recording; its transcript is beside it."""
@@ -60,10 +60,7 @@ class S2AG_OT_try_it(GeneratingOperator, bpy.types.Operator):
         if context.mode != "OBJECT":
             cls.poll_message_set(translate("Go to object mode first"))
             return False
-        if session.RUNS:
-            cls.poll_message_set(translate("Gestures are being made"))
-            return False
-        return True
+        return may_run(cls, translate("Gestures are being made") if session.RUNS else "")
 
     def execute(self, context: Context) -> OperatorResult:
         return super().execute(context) if self._stage(context) else {"CANCELLED"}

@@ -30,8 +30,6 @@ RULES: tuple[Rule, ...] = (
     *(reach_limit, speed_limit, possible_poses),  # and slower arms cut corners
 )
 """In this order. At intensity 1.5 one round leaves 0.3 hasty wrists and 0.3 reaches a minute, this one 0.06 and 0.03."""
-
-
 _LEAST = 1e-4
 """Change of a direction, 0.006 degrees, that nobody sees: without it the ends of corrections reach seconds away."""
 
