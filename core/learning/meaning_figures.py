@@ -1,0 +1,158 @@
+"""Measures whether every schema's gestures differ from the plain performance as they are meant.
+
+    python -m s2ag.core.learning.meaning_figures RECORDING TRANSCRIPT WORD
+
+Each form of each schema is performed at the word in three styles, by a document (docs/meaning.md), and measured at its stroke:
+how far wrists go up, out and forward, how far apart hands are, how much of a circle is drawn, which fingers are straight, how
+far the head turns and shoulders rise. Prints a line a schema, and which forms miss what they are meant to do.
+"""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..meaning import vocabulary
+from ..motion import handshape, skeleton
+from ..motion.motion import Motion
+from ..synthesis.request import Request
+from ..synthesis.session import Session
+
+STYLES = ("calm lecturer", "stern", "excited teenager")
+_STRAIGHT, _SIDE = 35.0, ("left", "right")
+"""A finger that is bent less, in degrees, is straight."""
+NUMBERS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+_WIDER, _CLOSER = ("wide", "grow", "big", "split", "open"), ("merge")
+_OUT, _IN = ("forward", "future", "push", "give", "throw", "out", "far"), ("back", "past", "pull", "take", "come")
+_DOWN = ("fall", "low", "force", "certain", "now", "here")
+_UP = ("rise", "high", "think", "listen", "phone", "eat")
+_ACROSS = ("across", "wave", "away", "we", "around", "there", "whole", "many")
+
+
+_EITHER = ("long", "surface", "line", "cut", "in", "fast", "greet")
+"""Schemas whose forms go different ways, but far."""
+
+
+class Shown(NamedTuple):
+    """A gesture as it was performed in a style: ``forms`` count from 1."""
+
+    schema: str
+    form: int
+    style: str
+    motion: Motion
+    plain: Motion
+    lands: float
+    seconds: float
+
+
+def perform(session: Session, schemas: Sequence[str], styles: Sequence[str], word: str, **recording: object) -> Iterator[Shown]:
+    """Yield every form of the schemas, performed at the word, in each style."""
+    known = session.vocabulary
+    for style in styles:
+        request = {**recording, "style": style, "seed": 1, "hands": 1.0}
+        plain = session.synthesize(Request(**request, meanings={"format": 1, "gestures": []})).motions[0]  # type: ignore
+        for schema in schemas:
+            for form, gesture in enumerate(known.forms[schema], 1):
+                asked = {"words": word, "schema": schema, "form": form, "size": 1.0}
+                wanted = Request(**request, meanings={"format": 1, "gestures": [asked]})  # type: ignore
+                motion = session.synthesize(wanted).motions[0]
+                yield Shown(schema, form, style, motion, plain, motion.meta["shows"][0][1], gesture.seconds)
+
+
+def figures(shown: Shown) -> dict[str, float]:
+    """Return what is seen of a gesture, in metres, degrees and fingers; arms are those that differ most from the plain take."""
+    fps = skeleton.FPS
+    first, last = round(max(shown.lands - shown.seconds, 0) * fps), round(shown.lands * fps)
+    places, before = (_wrists(one.directions) for one in (shown.motion, shown.plain))
+    arm = int(np.linalg.norm(np.diff(places[first : last + 1], axis=0), axis=-1).sum(0).argmax())
+    way = places[first : last + 1, arm] * (-1 if arm == 0 else 1, -1, 1)  # outward, up, forward
+    turned = np.diff(np.unwrap(_angles(way)))
+    gap = np.linalg.norm(places[:, 0] - places[:, 1], axis=-1)
+    assert shown.motion.hands is not None
+    fingers = shown.motion.hands.shape[last + 1]
+    bent = np.stack([handshape.columns(fingers, part) for part in ("base", "rest")]).max(0) > _STRAIGHT
+    thumbs = handshape.column(fingers, "thumb_out") > 40
+    straight = (~bent).sum(-1) + thumbs * (~bent).all(-1)
+    near = slice(first, last + round(1.2 * fps))
+    head = np.degrees(np.arcsin(np.clip(shown.motion.directions[near, 2, 0] - shown.plain.directions[near, 2, 0], -1, 1)))
+    lift = [-one.directions[near, 6 if arm else 3, 1].min() for one in shown[3:5]]
+    return {
+        "away": float(np.linalg.norm(places - before, axis=-1)[last].max()),
+        "way": float(np.linalg.norm(np.diff(way, axis=0), axis=-1).sum()),
+        "up": float(way[-1, 1] - way[0, 1]),
+        "height": float(way[-1, 1]),
+        "out": float(way[:, 0].max() - way[:, 0].min()),
+        "side": float(places[last, arm, 0]),
+        "forward": float(way[-1, 2] - way[0, 2]),
+        "gap": float(gap[last]),
+        "widened": float(gap[last] - gap[first]),
+        "round": float(np.degrees(np.abs(turned.sum()))),
+        "fingers": float(straight.sum() if shown.schema in NUMBERS[5:] else straight[arm]),
+        "shake": float(np.ptp(head)),
+        "shoulders": float(np.degrees(lift[0] - lift[1])),
+    }
+
+
+def _wrists(directions: np.ndarray) -> np.ndarray:
+    """Return left and right wrist ``(frames, 2, 3)`` from the middle between the shoulders, in metres."""
+    joints = skeleton.to_positions(directions)
+    shoulders = joints[:, [skeleton.EDGES[upper][0] for upper, _ in skeleton.ARMS]].mean(1, keepdims=True)
+    return joints[:, [skeleton.EDGES[fore][1] for _, fore in skeleton.ARMS]] - shoulders
+
+
+def _angles(way: np.ndarray) -> np.ndarray:
+    """Return the angles ``(frames,)`` of a path about its middle, in the plane in which it is largest."""
+    flat = way - way.mean(0)
+    axes = np.linalg.svd(flat, full_matrices=False)[2][:2]
+    return np.arctan2(*(flat @ axes.T).T)
+
+
+def meant(schema: str, seen: dict[str, float]) -> tuple[str, bool]:
+    """Return the figure that a schema is about, and whether it is as meant."""
+    if schema in NUMBERS:
+        return "fingers", seen["fingers"] == NUMBERS.index(schema) + 1
+    for figure, schemas, least in (
+        ("widened", _WIDER, 0.1), ("up", _UP, 0.08), ("forward", _OUT, 0.1), ("out", _ACROSS, 0.15),
+    ):  # fmt: skip
+        if schema in schemas:
+            return figure, seen[figure] >= least
+    for figure, schemas, most in (("widened", _CLOSER, -0.05), ("up", _DOWN, -0.06), ("forward", _IN, -0.08)):
+        if schema in schemas:
+            return figure, seen[figure] <= most
+    if schema in _EITHER:
+        return "way", seen["way"] >= 0.2
+    if schema in _SIDE:
+        return "side", seen["side"] * (-1 if schema == "left" else 1) > 0.2
+    least = {"circle": 200.0, "mix": 400.0}
+    if schema in least:
+        return "round", seen["round"] >= least[schema]
+    if schema == "negation":
+        return "shake", seen["shake"] > 2
+    return "away", seen["away"] >= 0.1
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    for name in ("recording", "transcript", "word"):
+        parser.add_argument(name)
+    parser.add_argument("--schema", nargs="*", help="these alone")
+    options = parser.parse_args()
+    session, rows, failed = Session(remember=True), {}, []
+    schemas = options.schema or list(vocabulary.load_vocabulary().gestures)
+    recording = {"audio": options.recording, "transcript": options.transcript}
+    for one in perform(session, schemas, STYLES, options.word, **recording):
+        seen = figures(one)
+        name, fits = meant(one.schema, seen)
+        rows.setdefault((one.schema, name), []).append((seen[name], fits))
+        if not fits:
+            failed.append(f"{one.schema} form {one.form}, {one.style}: {name} {seen[name]:.2f}")
+    for (schema, name), each in rows.items():
+        values, fit = [value for value, _ in each], sum(fits for _, fits in each)
+        print(f"{schema:<10} {name:<8} {min(values):7.2f} to {max(values):6.2f}  {fit} of {len(each)}")
+    shown, fit = sum(map(len, rows.values())), sum(fits for each in rows.values() for _, fits in each)
+    print(f"{fit} of {shown} performances are as meant", *failed, sep="\n")
+
+
+if __name__ == "__main__":
+    main()
