@@ -3,7 +3,7 @@
 import argparse
 import json
 import tempfile
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -144,11 +144,8 @@ def describe(motion: "Motion", fps: float) -> dict[str, Any]:
     """Return what a game needs to know of a line: frames, loop, words, phones, and events of gestures, in seconds."""
     from ..editing import gestures
 
-    events = []
-    for one in gestures.find_gestures(motion):
-        times = {"begin": one.begin, "stroke": one.at, "hold": one.hold, "release": one.release, "end": one.end}
-        about = {"hand": one.hand, "kind": one.kind, "word": one.word}
-        events.append({**{name: round(at, 3) for name, at in times.items()}, **about})
+    found = [asdict(one) for one in gestures.find_gestures(motion)]
+    events = [{name: round(value, 3) if isinstance(value, float) else value for name, value in one.items()} for one in found]
     seconds = (len(motion.directions) - 1) / motion.fps
     phones = [[name, round(start, 3), round(end, 3)] for name, start, end in (motion.face.sounds if motion.face else ())]
     words = [[word, round(start, 3), round(end, 3)] for word, start, end in motion.words]

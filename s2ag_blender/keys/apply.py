@@ -56,8 +56,8 @@ def apply_motion_in_slices(
     reading.require_armature(armature)
     scene = scene or current_context().scene
     start = scene.frame_start if start_frame is None else start_frame
-    told = {"mapping": mapping, "options": options, "step": int(step), "report": report}
-    keys = yield from solve_keys_in_slices(armature, motion, start, scene=scene, **told)
+    told = {"mapping": mapping, "options": options, "report": report}
+    keys = yield from solve_keys_in_slices(armature, motion, start, scene=scene, step=int(step), **told)
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
     about = {"settings": keys.settings, "places": keys.places}

@@ -88,7 +88,8 @@ def plan(
     others = plan_parameters.of_partner(
         kept, lambda: conversation.conversation_parameters(armature, scene, voice, settings, (bones, resolved))
     )
-    params = {**params, **others}
+    busy, held = plan_parameters.of_busy_hands(armature, resolved, settings.parts) if not kept else ({}, ())
+    params = {**params, **others, **{name: value for name, value in busy.items() if name in params}}
     pose = {bone: np.array(values) for bone, values in (keyed_pose or {}).items()}
     layered = settings.result == "LAYER"  # the animation below has the poses already
     if not pose and not layered and "CURRENT" in (settings.start_pose, settings.end_pose):
@@ -106,13 +107,13 @@ def plan(
         Handle.of(scene),
         params,
         voice,
-        kept or {**stored_settings.snapshot(settings), plan_parameters.TIMED: felt, plan_parameters.PARTNER: others},
+        kept or {**stored_settings.snapshot(settings), plan_parameters.TIMED: felt, plan_parameters.PARTNER: others, **busy},
         resolved if draft else mapping,
         None if draft else (readiness.state(armature), resolved),
         stored_settings.options(settings),
         pose,
         draft,
-        warnings,
+        warnings + held,
         apply.scene_fps(scene),
         frozenset(armature.pose.bones.keys()),
         Handle.of(former) if former is not None else None,

@@ -9,6 +9,7 @@ from typing import Any, cast
 import bpy
 
 from ...core.errors import S2agError
+from ...core.settings import names_with
 from ...core.synthesis import idling
 from ...rigs.slices import run_to_end
 from ..datablocks import ArmatureObject, Context
@@ -28,8 +29,9 @@ def idle_in_slices(
     wherever Blender may draw. Returns the actions, and why characters got none."""
     actions, errors, rate = [], [], apply.scene_fps(scene)
     with ThreadPoolExecutor(1) as pool:
-        asked = [(one.s2ag.style, one.s2ag.seed + number) for number, one in enumerate(armatures)]
-        coming = [pool.submit(idling.idle, seconds, *each, stillness, loop, rate) for each in asked]
+        named = [[getattr(one.s2ag, name) for name in names_with(indexed=True)] for one in armatures]  # style and seed
+        asked = [(seconds, style, seed + number, stillness, loop, rate) for number, (style, seed) in enumerate(named)]
+        coming = [pool.submit(idling.idle, *each) for each in asked]
         for number, (armature, motion) in enumerate(zip(armatures, coming, strict=True)):
             while not motion.done():
                 yield number / len(armatures)
