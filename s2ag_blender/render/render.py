@@ -54,13 +54,16 @@ def film(
     path: str | Path,
     look: Look = Look(),  # noqa: B008 - frozen
     progress: Callable[[float], None] = lambda share: None,
+    viewport: bool = False,
 ) -> None:
     """Render the scene's frame range to H.264 with the sequencer's sound as AAC in an ``.mp4``, completely or not at all.
 
-    ``progress`` is called with the share done (0..1) after every frame. Raises :class:`BlenderUnavailable` where the engine
+    ``progress`` is called with the share done (0..1) after every frame. ``viewport`` films what the context's 3D viewport shows
+    instead of what the camera sees. Raises :class:`BlenderUnavailable` where the engine
     gets no OpenGL context, :class:`OutputUnwritable` where the file cannot be written."""
     with atomic_file(path) as temporary, _restore_settings(scene):
-        _set_engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
+        if not viewport:
+            _set_engine(scene, look, _FILM_SAMPLES, antialias="FXAA")
         render = scene.render
         compat.set_video(render.image_settings)
         render.image_settings.color_mode = "RGB"
@@ -76,7 +79,10 @@ def film(
         render.filepath = compat.plain_path(temporary)
         total = scene.frame_end - scene.frame_start + 1
         with _frame_handler(lambda current: progress((current.frame_current - scene.frame_start + 1) / total)):
-            _run(animation=True)
+            if viewport:
+                bpy.ops.render.opengl(animation=True)
+            else:
+                _run(animation=True)
         _check(temporary)
 
 

@@ -1,5 +1,6 @@
 """Functions behind the panel, which scripts can call, too: request gestures from the engine, export, add characters."""
 
+import contextlib
 import unicodedata
 from collections.abc import Callable
 from pathlib import Path
@@ -112,14 +113,36 @@ def take_motion(path: str) -> Motion:
 
 
 def export(context: Context, armature: ArmatureObject, path: str) -> None:
-    """Write the character with what it plays as ``.bvh``, ``.fbx`` or ``.glb``, by the suffix of ``path``.
+    """Write the character with what it plays (``.bvh``, ``.fbx``, ``.glb``), or a film (``.mp4``), by the suffix of ``path``.
 
     Raises :class:`UsageError` for another suffix, :class:`OutputUnwritable` where writing fails."""
+    if path.lower().endswith(".mp4"):
+        film(context, path)
+        return
     from ..characters import loading
     from ..characters.character import Character
     from ..render import export
 
     export.export(context.scene, Character(armature, tuple(loading.meshes(armature))), path)
+
+
+def film(context: Context, path: str) -> None:
+    """Film the scene's frames with the sequencer's sound: what the 3D viewport shows, without one what the camera sees.
+
+    Raises :class:`UsageError` without viewport and camera, and the errors of :func:`render.film`."""
+    from ..render import render
+
+    area, scene, manager = context.area, context.scene, context.window_manager
+    region = next((one for one in area.regions if one.type == "WINDOW"), None) if area and area.type == "VIEW_3D" else None
+    viewport = region is not None and not bpy.app.background
+    if not viewport and scene.camera is None:
+        raise UsageError("The scene has no camera.", "Add one, and let it look at the character.")
+    manager.progress_begin(0, 100)
+    try:
+        with bpy.context.temp_override(region=region) if viewport else contextlib.nullcontext():
+            render.film(scene, path, progress=lambda share: manager.progress_update(100 * share), viewport=viewport)
+    finally:
+        manager.progress_end()
 
 
 def file_name(armature: ArmatureObject) -> str:

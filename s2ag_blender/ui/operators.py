@@ -126,9 +126,10 @@ class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
             (".bvh", "BVH", "The skeleton and its motion"),
             (".fbx", "FBX", "The character with its meshes and motion"),
             (".glb", "GLB", "The character with its meshes and motion, as glTF"),
+            (".mp4", "Film", "What this viewport shows, with the sound"),
         ],
     )
-    filter_glob: bpy.props.StringProperty(default="*.bvh;*.fbx;*.glb", options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(default="*.bvh;*.fbx;*.glb;*.mp4", options={"HIDDEN"})
 
     @property
     def filename_ext(self) -> str:

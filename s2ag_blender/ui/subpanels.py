@@ -265,6 +265,8 @@ class S2AG_PT_export(_SubPanel, bpy.types.Panel):
         for suffix in ("bvh", "fbx", "glb"):
             button: Any = column.operator("s2ag.export", text=suffix.upper(), icon="EXPORT", translate=False)
             button.format = f".{suffix}"
+        button = column.operator("s2ag.export", text="Film", icon="RENDER_ANIMATION")
+        button.format = ".mp4"
         if not draw_range_warning(layout, armature, context.scene):
             layout.label(text="Exports the frames of the scene", icon="INFO")
 

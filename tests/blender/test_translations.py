@@ -26,7 +26,7 @@ TOLD = {"translate": 0, "_row": 1, "pgettext_rpt": 0, "pgettext_iface": 0}
 REFUSED = {"report": 1, "poll_message_set": 0}
 """Calls whose text Blender does not translate by itself, with the place of the text among the arguments."""
 SENTENCE = re.compile(r"[A-Z][a-z']+ [\w'{}-]+ .*[^.;,(]$")
-NAMES = {"S2AG", "PyTorch", "Python", "Version", "Take", "Takes", "BVH", "FBX", "GLB", "Frames", "Hand L", "Hand R"}
+NAMES = {"S2AG", "PyTorch", "Python", "Version", "Take", "Takes", "BVH", "FBX", "GLB", "Film", "Frames", "Hand L", "Hand R"}
 """What may be the same in another language."""
 STOPS = (".", "。")
 KEPT = re.compile(

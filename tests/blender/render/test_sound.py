@@ -1,8 +1,10 @@
 import bpy
 import numpy as np
 import pytest
+from acted import press
 from s2ag.core.errors import AudioUnreadable
 from s2ag.s2ag_blender import compat
+from s2ag.s2ag_blender.render import opengl
 from s2ag.s2ag_blender.render.sound import add_sound
 from sounds import write_wav
 
@@ -53,3 +55,22 @@ def test_other_strips_keep_their_place(recording, tmp_path):
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(AudioUnreadable, match="does not exist"):
         add_sound(bpy.context.scene, tmp_path / "none.wav", 1)
+
+
+def test_a_film_from_the_panel_has_sound(speaker, tmp_path):
+    av = pytest.importorskip("av")
+    path, scene = str(tmp_path / "talk.mp4"), bpy.context.scene
+    press(bpy.ops.s2ag.generate)
+    scene.camera = None
+    with pytest.raises(RuntimeError, match="has no camera"):
+        bpy.ops.s2ag.export(filepath=path, format=".mp4")
+    if not opengl.is_available():
+        pytest.skip("this machine offers no OpenGL, not even in software")
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.frame_end, scene.render.resolution_x, scene.render.resolution_y = 6, 64, 48
+    before = scene.render.filepath, scene.render.image_settings.file_format
+    assert bpy.ops.s2ag.export(filepath=path, format=".mp4") == {"FINISHED"}
+    assert (scene.render.filepath, scene.render.image_settings.file_format) == before
+    with av.open(path) as film:
+        assert film.streams.video[0].frames == 6 and film.streams.audio
