@@ -9,7 +9,7 @@ from typing import Any
 
 from ..errors import UsageError
 from ..threads import set_passive_waiting
-from .progress import note
+from .progress import Progress, note
 
 SUMMARY = "train the paper's eight systems on a data set and print its table"
 EXAMPLE = """examples:
@@ -17,7 +17,12 @@ EXAMPLE = """examples:
   s2ag bench --data data --out bench --setting small
   s2ag bench --data data --out full --setting full --device cuda
   s2ag bench --data data --out theirs --judge S2AG=s2ag.safetensors --judge other=motions --extractor embedding_net.pth.tar
+  s2ag bench --setting claim --out claim     makes its own data
   s2ag bench --out bench                     the table of all that has been trained there, whatever its seeds"""
+
+CLAIM = "claim"
+CLAIMED = "s2ag", "s2ag-no-mfcc", "s2ag-no-affect", "gtc", "s2ag-no-judge"
+"""The setting that makes its own data, and its systems."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -25,8 +30,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     here = "data set with sound (see s2ag data); without it nothing is trained, and the table of what --out holds is written"
     parser.add_argument("--data", metavar="FOLDER", type=Path, help=here)
     parser.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="folder of the bench; a stopped one goes on")
-    sizes = "tiny (a test), small (minutes on two cores), core (hours on two), full (for a GPU); default small"
+    sizes = (
+        "tiny (a test), small (minutes on two cores), core (hours on two), full (for a GPU), or claim: the paper's claim, on "
+        "data with known causes that are made in --out if --data is left out; default small"
+    )
     parser.add_argument("--setting", default="small", help=sizes)
+    parser.add_argument("--hours", metavar="X", type=float, default=3.0, help="of speech that claim makes (default: 3)")
     parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, jem, s2ag, s2ag-no-judge, ...")
     others = (
         "a row of something that is trained already: a checkpoint (.safetensors), a system's folder of another bench, or a "
@@ -85,6 +94,8 @@ def run(options: argparse.Namespace) -> int:
     if options.threads:
         torch.set_num_threads(options.threads)
     time_is_up = bench.minutes_left(options.minutes)
+    if options.data is None and options.setting == CLAIM:
+        options.data = _made_data(options.out / "data", options.hours)
     if options.data is None:
         runner = bench.Runner.opened(options.out, options.device, note)
         with Interruption() as interruption:
@@ -92,7 +103,8 @@ def run(options: argparse.Namespace) -> int:
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
     judge = _judged_paths([one for one in options.judge if one != "off"])
-    systems = options.systems.split(",") if options.systems else [] if judge else [*SYSTEMS, SHIPPED]
+    usual = CLAIMED if options.setting == CLAIM else (*SYSTEMS, SHIPPED)
+    systems = options.systems.split(",") if options.systems else [] if judge else list(usual)
     for name in systems:
         if name not in ALL_SYSTEMS and name != SHIPPED:
             raise UsageError(f"There is no system {name!r}.", f"Systems are {', '.join([*ALL_SYSTEMS, SHIPPED])}.")
@@ -111,6 +123,18 @@ def run(options: argparse.Namespace) -> int:
             systems, shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or time_is_up(), options.jobs, judge
         )
     return _print_table(report)
+
+
+def _made_data(folder: Path, hours: float) -> Path:
+    """Return the folder of the data with known shares, which are made if they are not there."""
+    from ..learning.shares import build
+
+    if not folder.is_dir():
+        if not 0.05 <= hours <= 100:
+            raise UsageError(f"{hours:g} hours are out of range.", "Give 0.05 to 100.")
+        with Progress() as progress:
+            build.build(folder, hours, progress=lambda value: progress("make speech and gesture", value))
+    return folder
 
 
 def _setting(options: argparse.Namespace, preset: Any) -> Any:

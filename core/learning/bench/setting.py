@@ -129,11 +129,13 @@ SETTINGS = {
                 diversity_share=0.25),
         Setting("core", 0.25, 4, 0, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1,), trained_words=False,
                 diversity_share=0.25, validate_every=200, precision="bf16-mixed"),
+        Setting("claim", 0.25, _UNLIMITED, 4000, 64, extractor_steps=2000, windows=1500, draws=3, trained_words=False,
+                diversity_share=0.25, filtered=False, validate_every=250),
         Setting("full", validate_every=1000, validation_windows=2000),
     )
 }  # fmt: skip
 """tiny: for tests. small: minutes on two cores. core: a quarter of the published widths, hours on two cores. full: as
-published, for a GPU."""
+published, for a GPU. claim: on the data of :mod:`shares`, hours on two cores."""
 
 
 class BenchStart(NamedTuple):

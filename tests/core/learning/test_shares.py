@@ -1,0 +1,85 @@
+"""The data with known shares: what gesture follows from can be found again, and is in the inputs where it is said to be."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from s2ag.core.learning.shares import gestures, speech
+
+RATE = 16000
+
+
+@pytest.fixture(scope="module")
+def talks():
+    """Recordings of every speaker, in which a word is a burst of noise."""
+    chance = np.random.default_rng(0)
+    sounds = [chance.normal(0, 1, chance.integers(4000, 8000)) for _ in speech.WORDS]
+    spoken = [speech.speak(sounds, number % len(speech.VOICES), 0, number) for number in range(48)]
+    return spoken, [gestures.sources(one, 0, number) for number, one in enumerate(spoken)]
+
+
+def arms(directions):
+    return directions[:, gestures._ARMS].reshape(len(directions), -1)
+
+
+def test_every_source_moves_the_arms_by_its_share(talks):
+    _, made = talks
+    factors = gestures.scales([tracks for tracks, _ in made])
+    moved = np.concatenate([arms(gestures.perform(tracks, affect, factors)) for tracks, affect in made])
+    moved -= moved.mean(0)
+    for name, share in gestures.SHARES.items():
+        source = np.concatenate([tracks[name] for tracks, _ in made])
+        source -= source.mean(0)
+        told = source @ np.linalg.lstsq(source, moved, rcond=None)[0]
+        assert told.var(0).sum() / moved.var(0).sum() == pytest.approx(share, abs=0.05), name
+    assert sum(gestures.SHARES.values()) == pytest.approx(1)
+
+
+def test_one_affect_is_seen_alone_and_one_is_heard_alone(talks):
+    spoken, made = talks
+    factors = gestures.scales([tracks for tracks, _ in made])
+    lean = [gestures.perform(*one, factors)[:, 0, 0].mean() for one in made]
+    affect = [seen for _, seen in made]
+    assert np.corrcoef(lean, affect)[0, 1] > 0.99
+    for heard in ("loudness", "timbre"):
+        assert abs(np.corrcoef([getattr(one, heard).mean() for one in spoken], affect)[0, 1]) < 0.4
+    timbre, loudness, words = (np.concatenate(parts) for parts in zip(*(
+        (one.timbre, one.loudness, [word for word, *_ in one.words]) for one in spoken), strict=True))  # fmt: skip
+    assert abs(np.corrcoef(timbre, loudness)[0, 1]) < 0.1 and abs(np.corrcoef(timbre, words)[0, 1]) < 0.1
+    assert any(len(set(one.timbre)) > 3 for one in spoken)  # phrases of a recording differ: the given poses do not tell
+
+
+def test_a_timbre_changes_the_spectrum_and_not_the_level():
+    sound = np.random.default_rng(0).normal(0, 0.1, RATE)
+    dark, bright = speech.tilted(sound, -1), speech.tilted(sound, 1)
+    levels = [np.sqrt(np.square(one).mean()) for one in (sound, dark, bright)]
+    assert levels == pytest.approx([levels[0]] * 3)
+    power = [np.abs(np.fft.rfft(one)) ** 2 for one in (dark, bright)]
+    low, high = (np.array([one[part].sum() for one in power]) for part in (slice(100, 800), slice(3000, 8000)))
+    assert low[0] > 4 * low[1] and high[1] > 4 * high[0]
+
+
+def test_recordings_are_the_same_again_and_never_repeat(talks):
+    spoken, _ = talks
+    said = [tuple(word for word, *_ in one.words) for one in spoken]
+    assert len(set(said)) == len(said) and min(map(len, said)) > 15
+    assert all(0 <= start < end <= speech.SECONDS for one in spoken for _, start, end in one.words)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("espeak-ng") is None, reason="espeak-ng speaks the data")
+def test_one_command_makes_data_and_table(tmp_path):
+    pytest.importorskip("torch")
+    pytest.importorskip("librosa")
+    from s2ag.core.cli.main import main
+    from s2ag.core.learning.metrics.extractor import Extractor
+
+    Extractor().save(tmp_path / "extractor.safetensors")  # nothing is judged here
+    few = ["--steps", "2", "--batch", "8", "--share", "0.05", "--seeds", "1", "--draws", "1", "--validate-every", "1"]
+    command = ["bench", "--setting", "claim", "--out", str(tmp_path), "--hours", "0.05", "--systems", "s2ag-no-judge", *few]
+    assert main([*command, "--extractor", str(tmp_path / "extractor.safetensors")]) == 0
+    meta = json.loads((tmp_path / "data" / "meta.json").read_text())
+    assert meta["source"] == "shares" and [one["name"] for one in meta["speakers"]] == [speech.VOICES[0]]
+    split = np.load(tmp_path / "data" / "split.npy")
+    assert np.bincount(split).tolist() == [8, 1, 1] and "by known shares" in (tmp_path / "table.md").read_text()
