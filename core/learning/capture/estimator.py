@@ -141,7 +141,7 @@ class _Seen:
             self.size = np.array([right - left, bottom - top])
             self.times.append(picture.time)
             self.changes.append(change)
-            yield number == done or change > film.CUT, picture.pixels[top:bottom, left:right]
+            yield number == done or change > film.CUT, film.brightened(picture.pixels[top:bottom, left:right])
 
     def add(self, answer: dict) -> None:
         """Take an answer; save if it is time. Raises ValueError and KeyError for nonsense."""

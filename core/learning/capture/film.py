@@ -24,6 +24,8 @@ SUFFIXES = (".mp4", ".mov", ".mkv", ".webm", ".avi", ".m4v", ".mpg", ".mpeg", ".
 _THUMBNAIL = 24
 CUT, _CUT_RATIO = 0.10, 3.0
 """A cut changes a thumbnail's pixels by more than this share of white, and so many times as much as pictures around."""
+_BRIGHT = 130.0
+"""Brightness, of 255, below which the brightest part of a picture calls for more."""
 _MAX_SECONDS = 4 * 3600.0
 
 
@@ -99,6 +101,15 @@ def thumbnail(pixels: np.ndarray) -> np.ndarray:
     rows, columns = (np.linspace(0, size - 1, 2 * _THUMBNAIL).astype(int) for size in pixels.shape[:2])
     small = pixels[np.ix_(rows, columns)].mean(-1) / 255
     return small.reshape(_THUMBNAIL, 2, _THUMBNAIL, 2).mean((1, 3))
+
+
+def brightened(pixels: np.ndarray) -> np.ndarray:
+    """Return dark pictures with the brightness of well lit ones, others as they are: estimators lose hands in the dark."""
+    bright = float(np.percentile(pixels[::8, ::8].max(-1), 97))
+    if not 8 < bright < _BRIGHT:
+        return pixels
+    table = np.clip(255 * (np.arange(256) / bright * 0.85).clip(0, 1) ** 0.8, 0, 255).astype(np.uint8)
+    return table[pixels]
 
 
 def _pixels(frame) -> np.ndarray:

@@ -81,7 +81,7 @@ def capture(
         spoken, notes = said.words, notes + said.warnings
     else:
         notes.append("The film has no sound: the motion has no words.")
-    about = {**motion.meta, "source": path.name, "captured": str(found.film), "version": VERSION}
+    about = {**motion.meta, "source": path.name, "style": path.stem, "captured": str(found.film), "version": VERSION}
     return Captured(replace(motion, words=tuple(spoken), meta=about), sound, notes)
 
 
@@ -142,7 +142,7 @@ def _hands(found: Landmarks, pose: body.Pose, at: np.ndarray, directions: np.nda
     parts, ever = [], False
     for side, points in enumerate((found.left, found.right)):
         placed = np.einsum("fij,fkj->fki", pose.view, points * body.TO_CANONICAL * [width, height, width])
-        along, palm = hands.frame(placed, side == 0)
+        along, palm = hands.corrected(placed, pose.directions[:, FOREARMS[side]], pose.view, side == 0)
         track = np.concatenate([along, palm, hands.shape(placed, side == 0) / 90], 1)
         weight = np.where(np.isfinite(track).all(1) & pose.seen, 1.0, 0.0)
         weight[smoothing.outliers(np.where(weight[:, None] > 0, track[:, :6], np.nan), _HAND_LEAP)] = 0

@@ -5,7 +5,7 @@ import numpy as np
 _OUTLIER = 4.0
 """Distance to the median of the neighbours, in deviations of the track from that median, beyond which a point is an outlier."""
 _NEIGHBOURS = 2
-WIDTH = 0.055
+WIDTH = 0.07
 """Seconds of the smoothing's Gaussian: a stroke is never shorter than a quarter of a second."""
 _REACH = 3.0
 _LEAST = 1.5

@@ -1,0 +1,37 @@
+"""``s2ag evaluate --capture``: how near motions captured from films are to those that were filmed."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..errors import UsageError
+from . import blender
+from .progress import Progress, note
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the option."""
+    films = (
+        "film known motions of three characters with three cameras in two lights, capture them, and compare; the films stay in "
+        "--report; with --choosing films other motions and fits the correction of the estimator to them"
+    )
+    parser.add_argument("--capture", action="store_true", help=films)
+
+
+def run(options: argparse.Namespace, people: Sequence[Path]) -> int:
+    """Film, capture, print the table, and write it to the report."""
+    from ..files import atomic_file
+    from ..learning.capture import trial
+
+    if options.report is None:
+        raise UsageError("--report is required.", "Name the folder for films and table.")
+    if not people:
+        raise UsageError("No recording was given.", "Name one with --human.")
+    blender.command("render.job")  # raise errors now, not after the synthesis
+    with Progress() as progress:
+        page = trial.run(options.report, people, options.choosing, blender.run, progress)
+    print(page)
+    with atomic_file(options.report / "capture.md") as temporary:
+        temporary.write_text(page + "\n", "utf-8")
+    note(f"{options.report / 'capture.md'} is written.")
+    return 0
