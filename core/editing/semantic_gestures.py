@@ -1,5 +1,6 @@
 """Places semantic gestures of the vocabulary where an edit requests them, and keeps the record of them in the provenance."""
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -7,8 +8,9 @@ import numpy as np
 
 from ..errors import UsageError
 from ..meaning import gesture_blending
+from ..meaning.document import Wanted
 from ..meaning.gesture import Gesture as VocabularyGesture
-from ..meaning.gesture_selection import HOLD, ScheduledGesture, emphasis_time
+from ..meaning.gesture_selection import HOLD, ScheduledGesture, choose_form, emphasis_time
 from ..meaning.vocabulary import Vocabulary
 from ..motion import limits, skeleton
 from ..motion.motion import Motion
@@ -65,19 +67,21 @@ def place_gesture(
 ) -> tuple[State, float]:
     """Place a gesture of the vocabulary with its stroke at ``at`` seconds; return the state and its miss.
 
-    The phrase around it is regenerated without other strokes. ``size`` is relative to the usual size of the gesture, and
-    ``freer`` marks a second try, with other seeds and fewer attempts. Raises :class:`UsageError` for an unknown kind and
-    where there is no room."""
+    Seed and moment choose the form, the first one is tried last. The phrase around it is regenerated without other strokes.
+    ``size`` is relative to the usual size of the gesture, and ``freer`` marks a second try, with other seeds and fewer
+    attempts. Raises :class:`UsageError` for an unknown kind and where there is no room."""
     vocabulary, frames = filler.session.vocabulary.gestures, len(state.motion.directions)
     kind = kind if kind in vocabulary else filler.session.vocabulary.marks.get(kind, kind)
     if kind not in vocabulary:
         raise UsageError(f"there is no kind {kind!r}.", f"Kinds are {', '.join(gesture_kinds(filler.session.vocabulary))}.")
-    seconds = vocabulary[kind].seconds
+    forms = filler.session.vocabulary.forms[kind]
+    form = choose_form(forms, (filler.request.keyed_seed, int(10 * at), zlib.crc32(kind.encode())), Wanted(kind))
+    seconds = max(form.seconds, forms[0].seconds)
     first, last = int((at - seconds) * skeleton.FPS), int(np.ceil((at + HOLD) * skeleton.FPS))
     if first < 0 or last >= frames:
         raise UsageError(f"there is no room at {at:.2f} s.", f"Give a time within 0 to {state.motion.duration:.1f} s.")
     place = frame_ranges.range_around(others, first, last, frames)
-    overlay = _Overlay(vocabulary[kind], at, hand, place, state.held)
+    overlays = [_Overlay(one, at, hand, place, state.held) for one in (form, forms[0])]
     usual: dict[str, float] = {}
 
     def make(attempt: int, seed: int) -> Motion:
@@ -85,7 +89,7 @@ def place_gesture(
         calm = filler.fill(state.motion, [place], None, seed + freer, state.held, again=again)[0]
         if again:
             calm = regeneration.interpolate_arms(calm, place, state.held)
-        shown, usual["size"] = overlay.apply(calm, size)
+        shown, usual["size"] = overlays[attempt > _INTERPOLATED_ATTEMPT].apply(calm, size)
         return shown
 
     def miss(motion: Motion) -> float:
