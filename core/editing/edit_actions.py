@@ -23,6 +23,8 @@ SHORTEST = 0.6
 """Least seconds of a range that can be regenerated."""
 _WARN_EXCESS = 0.005
 """Share by which joins may be more sudden than the take without a warning."""
+_NEAR = 0.02
+"""Metres by which a hand may miss its place without a warning."""
 _LEAD_SECONDS = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
 """Lengths of the transitions to and from a fixed pose; the shortest one with joins as smooth as the take is used."""
 
@@ -254,7 +256,14 @@ def _place(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple
     if last >= frames:
         raise UsageError("the recording ends before that.", f"Give times within 0 to {state.motion.duration:.1f} s.")
     side = gestures.HANDS.index(edit["hand"])
-    return _fix(filler, state, edit, stroke_core.reach_core(state.motion, side, first, last, edit["place"]), False)
+    core = stroke_core.reach_core(state.motion, side, first, last, edit["place"])
+    fixed, miss = _fix(filler, state, edit, core, False)
+    wrist = skeleton.to_positions(core.directions)[:, skeleton.EDGES[skeleton.ARMS[side][1]][1]]
+    short = np.linalg.norm(wrist - edit["place"], axis=-1).max()
+    if short > _NEAR:
+        far = f"The body moves, and the hand is up to {100 * short:.0f} cm from its place."
+        fixed = replace(fixed, warnings=(*fixed.warnings, far))
+    return fixed, miss
 
 
 def _fix(filler: Regenerator, state: State, edit: dict, core: stroke_core.StrokeCore, whole: bool) -> tuple[State, float]:

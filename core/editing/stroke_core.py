@@ -215,8 +215,8 @@ def _travel(directions: np.ndarray) -> float:
 def reach_core(motion: Motion, side: int, first: int, last: int, place: np.ndarray) -> StrokeCore:
     """Return a core that holds a wrist (0 left, 1 right) at ``place`` from frame ``first`` to ``last``.
 
-    ``place`` is in metres from the spine joint. The elbow stays in its plane. Raises :class:`UsageError` for a place out of
-    reach."""
+    ``place`` is in metres from the spine joint. The elbow stays in its plane. Where the shoulder moves too far from it the arm
+    is stretched towards it. Raises :class:`UsageError` for a place that most frames cannot reach."""
     directions = motion.directions[first : last + 1].astype(float).copy()
     upper, lower = skeleton.ARMS[side]
     lengths = skeleton.LENGTHS[[upper, lower]].astype(float)
@@ -224,9 +224,12 @@ def reach_core(motion: Motion, side: int, first: int, last: int, place: np.ndarr
     shoulder, elbow = (positions[:, edge_child] for edge_child in (skeleton.EDGES[upper][0], skeleton.EDGES[upper][1]))
     offset = np.asarray(place, float) - shoulder
     reach = np.linalg.norm(offset, axis=-1, keepdims=True)
-    if (reach >= lengths.sum() - 1e-3).any() or (reach <= abs(lengths[0] - lengths[1]) + 0.05).any():
+    least, most = abs(lengths[0] - lengths[1]) + 0.05, lengths.sum() - 1e-3
+    if 2 * (reach >= most).sum() > len(reach) or (reach <= least).any():
         raise UsageError("The hand cannot reach that place.", "Give one that is nearer to the shoulder, or farther from it.")
     axis = offset / reach
+    reach = np.minimum(reach, most)
+    offset = axis * reach
     upper_arm = elbow - shoulder
     across = upper_arm - (upper_arm * axis).sum(-1, keepdims=True) * axis
     size = np.linalg.norm(across, axis=-1, keepdims=True)

@@ -34,6 +34,8 @@ MAX_DISTANCE = 0.005
 """Metres by which a hand may miss its target."""
 _REACH, _POINTING = 0.97, 0.93
 """Most extension of an arm, as a share of its length, to hold something and to point at it."""
+_POINTED = 0.8
+"""The same in the edit of an arm that points: shoulders move, and only the way is of weight."""
 _ITERATIONS = 4
 _SAME_SECONDS = 0.02
 """Seconds by which the times of a constraint and of its edit may differ."""
@@ -92,7 +94,7 @@ def place_edit(
         seen = poses.to_canonical(armature, bones, mapping, way / reach)
     upper, lower = skeleton.ARMS[HANDS.index(hand)]
     start = skeleton.to_positions(directions)[skeleton.EDGES[upper][0]]
-    there = start + seen * _REACH * skeleton.LENGTHS[[upper, lower]].sum()
+    there = start + seen * (_POINTED if pointing else _REACH) * skeleton.LENGTHS[[upper, lower]].sum()
     first, last = (gesture_edits.seconds_at(action, scene, frame) for frame in span)
     last = max(last, first + 0.01)
     edit = {"do": "place", "from": first, "to": last, "hand": hand, "place": there.round(4).tolist()}

@@ -1,6 +1,8 @@
 """Operators that edit the gestures of a take."""
 # pyright: reportInvalidTypeForm=false
 
+import json
+from collections.abc import Callable
 from typing import Any, cast
 
 import bpy
@@ -42,7 +44,7 @@ class Directing(OfTake):
     """What the edit is about, in seconds: a gesture, a moment or a range. Kept when the edit is done again with other values
     (F9), since the move of the playhead there was no undo step."""
     chosen: bpy.props.StringProperty(options=_REMEMBERED)
-    """The choice by which the range was found."""
+    """The choice by which the range was found, or as JSON what was selected in the editors."""
 
     @classmethod
     def unknown(cls, take: Any) -> str:
@@ -78,6 +80,12 @@ class Directing(OfTake):
             self.about, self.chosen = span, "FRAMES"
         return self.about[0], self.about[1]
 
+    def selection(self, find: Callable[[], list]) -> list:
+        """Return what ``find`` returned, as JSON has it, when the button was pressed."""
+        if not self.chosen.startswith("["):
+            self.chosen = json.dumps(find())
+        return json.loads(self.chosen)
+
     def span(self, context: Context, action: bpy.types.Action, what: str) -> tuple[float, float]:
         """Return the seconds of the range that was chosen when the button was pressed."""
         if self.about[0] < 0 or self.chosen != what:
@@ -104,7 +112,7 @@ class S2AG_OT_apply_markers(Directing, bpy.types.Operator):
     bl_label = "Apply Markers"
 
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
-        new = gesture_edits.edits_from_markers(action, context.scene)
+        new = self.selection(lambda: gesture_edits.edits_from_markers(action, context.scene))
         if not new:
             raise UsageError("All markers are where they were.", "Move or delete pose markers of the action first.")
         return gesture_edits.edits_of(action), new
@@ -129,7 +137,9 @@ class S2AG_OT_delete_gesture(Directing, bpy.types.Operator):
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
         if self.what == "PLAYHEAD":
             return super().edits(context, action)
-        return gesture_edits.edits_of(action), gesture_edits.deletion(gesture_edits.chosen_gestures(action, context.scene))
+        scene = context.scene
+        new = self.selection(lambda: gesture_edits.deletion(gesture_edits.chosen_gestures(action, scene)))
+        return gesture_edits.edits_of(action), new
 
     def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
         return {"do": "delete", "at": gesture.at}
@@ -274,8 +284,10 @@ class S2AG_OT_keep_pose(Directing, bpy.types.Operator):
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
         armature, scene = require_character(context), context.scene
         bones = compat.selected_bones(armature) if armature.mode == "POSE" else None
-        here = self.frames((scene.frame_current, scene.frame_current))[0]
-        frames = constraints.keyed_frames(action, bones) if self.what == "KEYS" else [here]
+        if self.what == "KEYS":
+            frames = self.selection(lambda: constraints.keyed_frames(action, bones))
+        else:
+            frames = [self.frames((scene.frame_current, scene.frame_current))[0]]
         new, self.pins = constraints.pose_edits(armature, action, scene, frames, bones or None)
         return gesture_edits.edits_of(action), new
 

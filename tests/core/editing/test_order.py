@@ -81,3 +81,20 @@ def test_the_order_of_a_document():
     assert edits.performing_order(every) == [1, 3, 0, 2]
     assert [edits.before_turn(every, number) for number in range(4)] == [True, True, True, False]
     assert not edits.before_turn([every[0], {**STYLE, "off": True}], 0)
+
+
+def test_a_hand_stays_at_a_place_that_a_moving_body_leaves_now_and_then(director, request_, base):
+    upper, lower = skeleton.ARMS[0]
+    shoulder = skeleton.to_positions(base.directions)[:, skeleton.EDGES[upper][0]]
+    reach = skeleton.LENGTHS[[upper, lower]].sum()
+    place = shoulder[75] + reach * (0.99 * np.array([-0.3, 0.2, 0.93]))
+    edit = {"do": "place", "from": 4.0, "to": 6.0, "hand": "left", "place": place.round(4).tolist()}
+    far = np.linalg.norm(place - shoulder[60:91], axis=-1) - reach
+    result = director.direct(request_, [edit])
+    wrist = skeleton.to_positions(result.motions[0].directions)[60:91, skeleton.EDGES[lower][1]]
+    off = np.linalg.norm(wrist - place, axis=-1)
+    assert (far > 0).any() and np.abs(off - np.maximum(far, 0)).max() < 0.01
+    assert any("from its place" in warning for warning in result.warnings) == (off.max() > 0.02)
+    away = {**edit, "place": (shoulder[75] + 1.5 * reach * np.array([0, 0, 1.0])).tolist()}
+    with pytest.raises(UsageError, match="cannot reach that place"):
+        director.direct(request_, [away])
