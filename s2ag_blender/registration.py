@@ -6,7 +6,7 @@ import bpy
 
 from . import translations
 from .lazy_modules import has_run
-from .takes import engine_requests
+from .takes import engine_requests, gesture_kinds
 from .ui import (
     bone_check,
     bone_maps,
@@ -91,6 +91,8 @@ def unregister() -> None:
         system.unregister()
     if has_run(engine_requests):
         engine_requests.stop_engine()
+    if has_run(gesture_kinds):
+        gesture_kinds.drop_pictures()
     del _WINDOW_MANAGER.s2ag
     del _OBJECT.s2ag
     for cls in reversed(CLASSES):

@@ -120,26 +120,18 @@ def wrap_text(text: str, room: float = ROOM) -> list[str]:
 
 HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both Hands", ""))
 """Items of the hands of a gesture."""
-_SHOWN = {
-    "shrug": "Shoulders and palms go up: nobody knows", "negation": "A flat hand wipes it away, the head shakes",
-    "refusal": "Both palms stop somebody", "big": "Both hands show how large it is",
-    "small": "Both hands show how little it is", "one": "One finger is shown", "two": "Two fingers are shown",
-    "three": "Three fingers are shown", "me": "A hand goes to the own chest", "you": "An open hand goes to the listener",
-    "here": "A finger points down, in front", "there": "A stretched arm points to the side",
-    "contrast": "One hand weighs against the other", "step": "A hand sets down one thing after the other",
-    "question": "An open hand asks",
-}  # fmt: skip
 
 
 @functools.cache  # Blender keeps no reference to the texts of a menu
 def kinds(first: tuple[tuple[str, str, str], ...] = ()) -> tuple[tuple[str, str, str], ...]:
     """Return the items of the kinds of a gesture, each with what it shows, behind the items ``first``."""
     from ...core.meaning import vocabulary
+    from . import gesture_kinds
 
     return (
         *first,
         (BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
-        *((name, name.replace("_", " ").capitalize(), _SHOWN.get(name, "")) for name in vocabulary.load_vocabulary().gestures),
+        *((name, name.replace("_", " ").capitalize(), gesture_kinds.SHOWN.get(name, "")) for name in vocabulary.load_vocabulary().gestures),
         (REST, "Rest", "No gesture: both hands go home for a moment"),
     )
 

@@ -11,7 +11,7 @@ from ...core.editing.names import LARGEST, LEAST
 from ...core.errors import UsageError
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Context
-from ..takes import constraints, generate, gesture_edits, menu_items, take_list
+from ..takes import constraints, generate, gesture_edits, gesture_kinds, menu_items, take_list
 from ..takes.menu_items import HANDS
 from ..translations import translate
 from .bases import OperatorResult, require_character
@@ -24,13 +24,13 @@ _SEARCH_ITEMS: list[tuple[str, str, str]] = []  # Blender does not keep the stri
 
 
 def kinds(operator: Any, context: Any) -> Any:
-    """Return the items of the kinds of a gesture."""
-    return menu_items.kinds()
+    """Return the items of the kinds of a gesture, each with its picture."""
+    return gesture_kinds.pictured(menu_items.kinds())
 
 
 def kinds_or_same(operator: Any, context: Any) -> Any:
     """Return the items of the kinds of a gesture, behind the one that changes nothing."""
-    return menu_items.kinds((AS_IT_IS,))
+    return gesture_kinds.pictured(menu_items.kinds((AS_IT_IS,)))
 
 
 class Directing(OfTake):

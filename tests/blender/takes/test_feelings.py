@@ -53,6 +53,8 @@ def moved(before, after, frame):
 
 def test_rest_and_point_are_kinds(speaker, take):
     assert {"point", "rest"} <= {name for name, *_ in menu_items.kinds()}
+    told = [sentence for *_, sentence in menu_items.kinds()]
+    assert all(told) and len(set(told)) == 92
     one = gesture_edits.shown_gestures(take, bpy.context.scene)[3]
     bpy.context.scene.frame_set(one.frame)
     assert press(bpy.ops.s2ag.change_gesture, kind="rest") == {"FINISHED"}
