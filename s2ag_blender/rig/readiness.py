@@ -8,8 +8,9 @@ import numpy as np
 
 from ...core.errors import S2agError
 from ...core.motion.skeleton import EDGE_NAMES
+from ...rigs import fingers
 from ...rigs.family import families
-from ...rigs.skeleton import ARMS, Finding, Mapping
+from ...rigs.skeleton import ARMS, Bones, Finding, Mapping
 from ..datablocks import ArmatureObject, current_context, is_armature
 from ..translations import translate, translate_error
 from . import chosen_bones, reading, vrm
@@ -27,12 +28,15 @@ class Row:
 
 @dataclass(frozen=True)
 class Readiness:
-    """Rows in the body's order, the rig family, warnings, and a sentence saying why the rig cannot gesture at all, or ""."""
+    """Rows in the body's order, the rig family, warnings, a sentence saying why the rig cannot gesture at all, or "", and the
+    bones from which the fingers of each hand begin, the thumb last.
+    """
 
     rows: tuple[Row, ...] = ()
     family: str = ""
     warnings: tuple[str, ...] = ()
     problem: str = ""
+    hands: tuple[Row, ...] = ()
 
     @property
     def ready(self) -> bool:
@@ -184,7 +188,8 @@ def _work_out(armature: ArmatureObject) -> tuple[Readiness, Mapping | None]:
     names = {family.key: family.name for family in families()}
     family = names.get(mapping.family, mapping.family)
     problem = "" if refusal is None else translate_error(refusal)
-    return Readiness(tuple(rows), family, mapping.warnings, problem), None if problem else mapping
+    hands = tuple(_fingers(reading.read(armature), mapping, side) for side in fingers.SIDES)
+    return Readiness(tuple(rows), family, mapping.warnings, problem, hands), None if problem else mapping
 
 
 def _row(part: str, bones: tuple[str, ...], finding: Finding | None) -> Row:
@@ -192,6 +197,14 @@ def _row(part: str, bones: tuple[str, ...], finding: Finding | None) -> Row:
         return Row(part, bones, True)
     note = finding.note if finding is not None else ""
     return Row(part, (), False, note or (translate("needed") if part in ARMS else translate("stays as it is")))
+
+
+def _fingers(bones: Bones, mapping: Mapping, side: str) -> Row:
+    """Return which bones the fingers of a hand begin with, the thumb's last."""
+    hand = fingers.find_hand(bones, mapping, side)
+    chains = (*hand.fingers, hand.thumb) if hand is not None else ()
+    found = tuple(bones.names[chain[0]] for chain in chains if chain)
+    return Row(f"{side}_fingers", found, bool(found), "" if found else translate("None: the hand moves as a whole"))
 
 
 def update_pending() -> None:

@@ -128,10 +128,11 @@ def kinds(first: tuple[tuple[str, str, str], ...] = ()) -> tuple[tuple[str, str,
     from ...core.meaning import vocabulary
     from . import gesture_kinds
 
+    shown = vocabulary.load_vocabulary().gestures
     return (
         *first,
         (BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
-        *((name, name.replace("_", " ").capitalize(), gesture_kinds.SHOWN.get(name, "")) for name in vocabulary.load_vocabulary().gestures),
+        *((name, name.replace("_", " ").capitalize(), gesture_kinds.SHOWN.get(name, "")) for name in shown),
         (REST, "Rest", "No gesture: both hands go home for a moment"),
     )
 

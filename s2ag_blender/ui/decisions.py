@@ -82,7 +82,8 @@ class S2AG_OT_change_decision(_OnDecision, bpy.types.Operator):
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds_or_same)
     hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *menu_items.HANDS))
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST,
+        subtype="FACTOR",
     )
     seed: bpy.props.IntProperty(name="Seed", description="Another seed is another performance", min=0)
     arousal: _control("arousal")

@@ -154,7 +154,8 @@ class S2AG_OT_change_gesture(Directing, bpy.types.Operator):
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds_or_same, options=RESET)
     hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=RESET
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST,
+        subtype="FACTOR", options=RESET,
     )
 
     def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
@@ -174,7 +175,8 @@ class S2AG_OT_add_gesture(Directing, bpy.types.Operator):
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds, options=RESET)
     hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
     size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST, options=RESET
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST,
+        subtype="FACTOR", options=RESET,
     )
     word: bpy.props.IntProperty(default=-1, options={"HIDDEN", "SKIP_SAVE"})  # number of a word to add it at
 

@@ -11,7 +11,7 @@ from ..takes import gesture_edits, menu_items, retiming, take_list, versions
 from ..takes.operator_base import character
 from ..translations import translate
 from .bases import OperatorResult, require_character
-from .panel import Sidebar, draw_progress, draw_sentence
+from .panel import Sidebar, draw_sentence
 from .take_ops import OnTake
 
 _MIN_PIXELS, _NEW_SHARE = 150, 0.3
@@ -102,7 +102,6 @@ class S2AG_PT_directing(Sidebar, bpy.types.Panel):
     def draw(self, context: Context) -> None:
         layout, armature = self.layout, require_character(context)
         take = take_list.active(armature)
-        draw_progress(layout, armature)
         session = context.window_manager.s2ag
         if gesture_edits.shown_gestures(take.action, context.scene):
             layout.template_list("S2AG_UL_gestures", "", take.action, "pose_markers", session, "gesture", rows=5)

@@ -65,7 +65,7 @@ class S2AG_MT_pie(LayoutMixin, bpy.types.Menu):
         pie.operator("s2ag.reroll", icon="FILE_REFRESH")
         pie.operator("s2ag.generate", icon="PLAY")
         pie.operator("s2ag.style_grid", icon="MESH_GRID")
-        pie.operator("s2ag.delete_take", icon="REMOVE")
+        pie.operator("s2ag.delete_take", icon="TRASH")
         pie.operator("s2ag.recall_take", icon="LOOP_BACK")
         pie.prop(context.window_manager.s2ag, "live")
         pie.operator("s2ag.cancel", icon="X")

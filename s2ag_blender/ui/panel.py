@@ -112,6 +112,8 @@ def draw_words(layout: bpy.types.UILayout, settings: Any, context: Context) -> N
         column.prop(settings, "typed")
     elif settings.transcript_source == "RECOGNISE":
         draw_recogniser(column, context)
+    if settings.transcript_source in ("BLOCK", "TYPED"):
+        column.operator_menu_enum("s2ag.insert_mark", "mark", icon="ADD")
 
 
 def draw_recogniser(layout: bpy.types.UILayout, context: Context) -> None:

@@ -12,7 +12,7 @@ from ..takes import control_curves, markers, menu_items, take_list
 from ..takes.operator_base import character
 from ..translations import translate
 from .bases import Icon, require_character
-from .panel import Sidebar, draw_progress, draw_range_warning, draw_sentence
+from .panel import Sidebar, draw_range_warning, draw_sentence
 from .setting_properties import draw_group
 
 _NAME_SHARE = 0.48
@@ -68,8 +68,7 @@ class S2AG_PT_takes(_SubPanel, bpy.types.Panel):
         row = layout.row()
         row.template_list("S2AG_UL_takes", "", settings, "takes", settings, "active_take", rows=4)
         column = row.column(align=True)
-        column.operator("s2ag.delete_take", text="", icon="REMOVE")
-        column.operator("s2ag.delete_others", text="", icon="TRASH")
+        column.operator("s2ag.delete_take", text="", icon="TRASH")
         take = take_list.active(armature)
         if take is None:
             layout.label(text="Takes to choose from appear here", icon="INFO")
@@ -79,9 +78,10 @@ class S2AG_PT_takes(_SubPanel, bpy.types.Panel):
         column.operator("s2ag.reroll", icon="FILE_REFRESH")
         column.operator("s2ag.vary", icon="MOD_NOISE")
         column.operator("s2ag.style_grid", icon="MESH_GRID")
-        draw_progress(column, armature)
-        layout.operator("s2ag.recall_take", icon="LOOP_BACK")
-        layout.operator("s2ag.idle", icon="USER")
+        column = layout.column(align=True)
+        column.operator("s2ag.recall_take", icon="LOOP_BACK")
+        column.operator("s2ag.idle", icon="USER")
+        column.operator("s2ag.delete_others", icon="TRASH")
 
 
 class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
@@ -234,7 +234,7 @@ class S2AG_PT_bone_map(_SubPanel, bpy.types.Panel):
                 button: Any = row.operator("s2ag.bones_from_selection", text="", icon="EYEDROPPER")
                 button.part = item.name
         elif ready is not None:
-            for part in ready.rows:
+            for part in (*ready.rows, *ready.hands):
                 row = column.row()
                 icon: Icon = "CHECKMARK" if part.found else "REMOVE"
                 row.label(text=translate(readiness.label(part.part)), icon=icon)

@@ -8,7 +8,7 @@ import bpy
 from .. import provenance
 from ..datablocks import ArmatureObject, Context
 from ..keys import apply, density
-from ..takes import control_curves, drafts, generate, menu_items, take_list
+from ..takes import control_curves, drafts, generate, menu_items, take_list, versions
 from ..takes.operator_base import GeneratingOperator, character
 from ..translations import translate
 from .bases import OperatorMixin, OperatorResult, may_run, require_character
@@ -153,14 +153,24 @@ class S2AG_OT_keep_take(OnTake, bpy.types.Operator):
 
 
 class S2AG_OT_delete_take(OnTake, bpy.types.Operator):
-    """Delete the selected take and its action"""
+    """Delete the selected take with its action, and with all its versions"""
 
     bl_idname = "s2ag.delete_take"
     bl_label = "Delete Take"
 
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        take = selected(context)[1]
+        count = len(versions.version_actions(take))
+        if count < 2:
+            return self.execute(context)
+        question = translate("Delete {name} with its {count} versions?", name=take.title, count=count)
+        return context.window_manager.invoke_confirm(self, event, title=question)
+
     def execute(self, context: Context) -> OperatorResult:
         armature = require_character(context)
+        name = take_list.active(armature).title
         take_list.delete(armature, [armature.s2ag.active_take])
+        self.report({"INFO"}, translate("{name} is deleted", name=name))
         return {"FINISHED"}
 
 

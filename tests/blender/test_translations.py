@@ -16,7 +16,7 @@ from s2ag.rigs.faces import shapes
 from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import bone_map_files, menu_items, stages
-from s2ag.s2ag_blender.ui import setting_properties
+from s2ag.s2ag_blender.ui import marks, setting_properties
 from s2ag.s2ag_blender.ui.properties import S2AG_Settings
 from translated_texts import FOLDER, lacking, literals, template
 
@@ -147,8 +147,9 @@ def test_every_stage_is_shown_in_words_for_people(extension):
 
 def wanted():
     found = {*texts_of_calls(), *texts_of_classes(), *texts_of_choices(), *texts_of_headings(), *texts_of_reasons()}
-    found |= {readiness.label(part) for part in (*bone_map_files.ORDER, *skeleton.EDGE_NAMES)}
+    found |= {readiness.label(part) for part in (*bone_map_files.ORDER, *skeleton.EDGE_NAMES, "left_fingers", "right_fingers")}
     found |= {text for _, *texts in menu_items.kinds() for text in texts}
+    found |= {text for _, *texts in marks.mark_items() for text in texts}
     found |= {*shapes.PARTS, Check.stage, *stages.SHOWN.values()}
     found |= {one.short for one in setting_properties.SETTINGS.values()}
     found -= stages.SHOWN.keys()
