@@ -20,7 +20,7 @@ from ..synthesis.features import SpeechFeatures
 from ..synthesis.request import Request
 from ..synthesis.session import Session
 from ..synthesis.stages import Stages
-from .time_alignment import TimeMap, align_words
+from .time_alignment import TimeMap, align_words, unsaid_edits
 
 _TIMES = ("at", "to", "from")
 
@@ -51,7 +51,8 @@ def retime(
     request = replace(request, **{name: meta[name] for name in names_with(kind="document") if name in meta})  # at new times
     count = max(round(heard.frames * motion.fps / skeleton.FPS), 1)
     warped = motion.at(there.back(np.arange(count) / motion.fps) * motion.fps, motion.fps)
-    return replace(warped, words=heard.words, meta=meta, face=_face(request, heard, warped)), heard.warnings
+    warnings = [*heard.warnings, *unsaid_edits(old.get("edits", []), motion.words, heard.words)]
+    return replace(warped, words=heard.words, meta=meta, face=_face(request, heard, warped)), warnings
 
 
 def _face(request: Request, heard: SpeechFeatures, motion: Motion) -> Face | None:

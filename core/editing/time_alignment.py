@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import UsageError
 from ..smoothing import gaussian
+from .edits import TURNS, active
 from .gestures import normalize_word
 
 _TOLERANCE, _MIN_TEMPO = 0.03, 0.2
@@ -78,6 +79,23 @@ def align_words(old: Words, new: Words) -> TimeMap:
         if (np.abs(np.interp(after, times, smooth) - (before - after)) <= 2 * near).all():
             break
     return TimeMap(times, times + smooth)
+
+
+def unsaid_edits(edits: Sequence[dict], old: Words, new: Words) -> list[str]:
+    """Return a sentence for each edit about a word of the ``old`` recording that the ``new`` one does not say."""
+    said, told = {number for number, _ in matching_words(old, new)}, []
+    plain = [normalize_word(word) for word, *_ in old]
+    for edit in active(edits):
+        if "word" in edit:
+            places = [number for number, word in enumerate(plain) if word == edit["word"].lower()]
+            about = places[edit.get("nth", 1) - 1 :][:1]
+        else:
+            times = edit["at"] if isinstance(edit.get("at"), list) else [edit["at"]] if "at" in edit else []
+            about = [number for number, (_, start, end) in enumerate(old) if any(start <= at <= end for at in times)]
+        lost = [old[number][0] for number in about if number not in said]
+        if lost and edit["do"] not in TURNS:
+            told.append(f"The new recording does not say “{lost[0]}”, which an edit ({edit['do']}) is about.")
+    return told
 
 
 def _tempo(after: np.ndarray, before: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...core.editing.time_alignment import unsaid_edits
 from ...core.errors import AudioUnreadable, S2agError
 from ...core.motion.motion import Motion
 from ...core.settings import names_with
@@ -194,6 +195,8 @@ def finish_in_slices(planned: Plan, result: dict[str, Any]) -> Generator[float, 
         yield 0.0
     if planned.follows:
         armature, scene = _find_target(planned)
+        taken, words = take_list.active(armature).action, gesture_edits.stored_words(take_list.active(armature).action)
+        warnings += unsaid_edits(gesture_edits.edits_of(taken), words, motions[0].words)
         what = retiming.follow(armature, scene, motions[0])
         return Outcome([], motions[0].duration, warnings, [retiming.change_sentence(what)])
     try:

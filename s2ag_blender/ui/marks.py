@@ -27,7 +27,7 @@ _STRETCHES = (
 
 @functools.cache  # Blender keeps no reference to the texts of a menu
 def mark_items() -> list[tuple[str, str, str]]:
-    """Return the items of all marks: those of a stretch of words, and those that ask for a gesture, with what is shown for it."""
+    """Return the items of all marks, for a stretch of words, and for a gesture, with what it shows."""
     from ...core.meaning import vocabulary
     from ...core.words import hints
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from s2ag.core.editing import gestures, retiming
+from s2ag.core.editing import gestures, retiming, time_alignment
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, GAZE_DEGREES
@@ -138,3 +138,14 @@ def test_provenance_names_the_new_recording_and_its_times(session, take, example
     assert made.meta["curves"]["intensity"][1][0] == pytest.approx(4, abs=0.08)
     assert abs(made.face.duration - take.face.duration - 1) < 0.1 and len(made.hands) == len(made.directions)
     assert gestures.nearest_of(gestures.find_gestures(made), one.at + 1, 0.08)
+
+
+def test_edits_about_words_that_are_not_said_are_named(take):
+    changed = [*take.words[:4], ("indeed", *take.words[4][1:]), *take.words[5:]]
+    lost, stays = (sum(take.words[row][1:]) / 2 for row in (4, 8))
+    edits = [*({"do": "change", "at": at, "size": 1.3} for at in (lost, stays)), {"do": "delete", "at": [lost]}]
+    edits += [{**edits[0], "off": True}, {"do": "add", "word": gestures.normalize_word(take.words[4][0]), "nth": 1}]
+    told = time_alignment.unsaid_edits(edits, take.words, changed)
+    assert [one.rpartition("(")[2].partition(")")[0] for one in told][:2] == ["change", "delete"] and len(told) <= 3
+    assert all(f"“{take.words[4][0]}”" in one for one in told)
+    assert time_alignment.unsaid_edits(edits, take.words, take.words) == []
