@@ -5,8 +5,6 @@ from typing import Any
 import bpy
 
 from . import translations
-from .lazy_modules import has_run
-from .takes import engine_requests, gesture_kinds
 from .ui import (
     bone_check,
     bone_maps,
@@ -91,10 +89,7 @@ def unregister() -> None:
     engine_ops.stop()
     for system in reversed(SYSTEMS):
         system.unregister()
-    if has_run(engine_requests):
-        engine_requests.stop_engine()
-    if has_run(gesture_kinds):
-        gesture_kinds.drop_pictures()
+    engine_ops.stop_engine()
     del _WINDOW_MANAGER.s2ag
     del _OBJECT.s2ag
     for cls in reversed(CLASSES):

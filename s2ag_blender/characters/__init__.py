@@ -1,8 +1,1 @@
 """Characters: the mannequin, the human, and those from files."""
-
-from typing import TYPE_CHECKING
-
-if not TYPE_CHECKING:
-    from ..lazy_modules import lazily
-
-    __getattr__ = lazily(__name__)

@@ -1,5 +1,6 @@
 """Bone maps that the user chooses: started from what was found, loaded from and saved to files of ``s2ag rig``."""
 
+import functools
 import json
 from difflib import get_close_matches
 from pathlib import Path
@@ -19,6 +20,7 @@ ALWAYS_SHOWN = ("hips", *EDGE_NAMES, "left_hand", "right_hand")
 """Parts that always have a row; twist bones and the crown have one only where the map names some."""
 
 
+@functools.cache  # Blender keeps no reference to the texts of a menu
 def parts() -> list[tuple[str, str, str]]:
     """Return the items of a menu of all parts."""
     return [(part, readiness.label(part), "") for part in ORDER]

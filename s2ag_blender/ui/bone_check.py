@@ -1,9 +1,6 @@
 """Operators for checking a bone map: select its bones, show a test pose, fill a row from the selection."""
 # pyright: reportInvalidTypeForm=false
 
-import functools
-from typing import Any
-
 import bpy
 
 from ...core.errors import S2agError
@@ -30,15 +27,6 @@ def gesturing_bones(armature: ArmatureObject) -> list[str]:
     return [name for row in readiness.readiness_of(armature).rows for name in row.bones if name in armature.data.bones]
 
 
-@functools.cache  # Blender keeps no reference to the texts of a menu
-def _part_items() -> list[tuple[str, str, str]]:
-    return bone_map_files.parts()
-
-
-def _parts(operator: Any, context: Any) -> Any:
-    return _part_items()
-
-
 class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     """Take the bones that are selected in pose mode, from the body outwards"""
 
@@ -48,7 +36,7 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     part: bpy.props.EnumProperty(
         name="Part",
         description="Part of the body that the bones are",
-        items=_parts,
+        items=lambda operator, context: bone_map_files.parts(),
     )
 
     @classmethod

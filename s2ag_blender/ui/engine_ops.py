@@ -11,6 +11,7 @@ from ...core.errors import S2agError
 from ...core.worker import interpreter
 from ..datablocks import Context, current_context
 from ..engine import client, engine_state, errors_log
+from ..lazy_modules import has_run
 from ..takes import engine_requests
 from ..takes.operator_base import redraw
 from ..translations import translate, translate_error
@@ -61,6 +62,12 @@ def stop() -> None:
     if engine_state.STATE.work is not None:
         engine_state.STATE.work.cancel()
         tick()
+
+
+def stop_engine() -> None:
+    """Stop the engine of this Blender, if there ever was one."""
+    if has_run(engine_requests):
+        engine_requests.stop_engine()
 
 
 def _finish(context: Context) -> None:

@@ -7,7 +7,7 @@ from bpy.app.handlers import persistent
 
 from ..lazy_modules import has_run
 from ..rig import readiness
-from ..takes import drafts, preview, session
+from ..takes import drafts, gesture_kinds, preview, session
 
 
 @persistent
@@ -71,3 +71,5 @@ def unregister() -> None:
     for events, handler in reversed(_HANDLERS):
         events.remove(handler)
     _stop()
+    if has_run(gesture_kinds):
+        gesture_kinds.drop_pictures()

@@ -10,8 +10,6 @@ import bpy
 
 from ...core.errors import S2agError
 from ...core.settings import names_with
-from ...core.synthesis import idling
-from ...rigs.slices import run_to_end
 from ..datablocks import ArmatureObject, Context
 from ..keys import apply
 from ..rig import chosen_bones
@@ -27,6 +25,8 @@ def idle_in_slices(
 ) -> Generator[float, None, tuple[list[bpy.types.Action], list[S2agError]]]:
     """Let each character idle from frame ``start``, with its style and its seed plus its number here; yield the share done
     wherever Blender may draw. Returns the actions, and why characters got none."""
+    from ...core.synthesis import idling
+
     actions, errors, rate = [], [], apply.scene_fps(scene)
     with ThreadPoolExecutor(1) as pool:
         named = [[getattr(one.s2ag, name) for name in names_with(indexed=True)] for one in armatures]  # style and seed
@@ -75,6 +75,8 @@ class S2AG_OT_idle(NeedsCharacter, bpy.types.Operator):
         return idle_in_slices(armatures, scene.frame_start, scene, self.seconds, self.stillness, self.loop)
 
     def execute(self, context: Context) -> OperatorResult:
+        from ...rigs.slices import run_to_end
+
         return self._report(*run_to_end(self.slices(context)))
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
