@@ -14,11 +14,11 @@ from .repertoire import BEAT, Repertoire
 from .scene import Scene
 from .smoothing import smooth
 
-_APART, _APART_SPREAD = 10.0, 0.4
+_APART, _APART_SPREAD = 30.0, 0.4
 """Seconds from any other gesture of the library to one that means nothing or is not said, and the deviation of their logarithm:
 more gestures that stand alone are told from people's talk."""
-_SAID_APART = 2.5
-"""Seconds to one that words mean: a gesture takes about two."""
+_SAID_APART = 6.0
+"""Seconds to one that words mean: two to six a minute, and talk between them."""
 _AFFECT_SMOOTHING = 0.5
 """Seconds over which affect is smoothed: bodies do not follow a syllable."""
 _STROKE_SPEED, _STROKE_WAY = 0.35, 0.1
@@ -67,9 +67,9 @@ def perform(
     time = np.arange(len(scene.prosody.features)) / skeleton.FPS
     affect, way = smooth(scene.affect(time), _AFFECT_SMOOTHING), manner.of(performer)
     talk = talking.assemble(footage, way, scene, affect[:, 0], random)
-    body = shaping.talk_body(talk.directions, talk.gesturing, way, scene, affect[:, 0], following, random)
+    body = shaping.talk_body(talk.directions, talk.gesturing, way, scene, affect[:, 0], random)
     gestures = _spaced(planning.plan(repertoire, lexicon, scene, random), scene, random)
-    body = shaping.express(rendering.blend_gestures(body, gestures, time), performer, way, affect, random)
+    body = shaping.express(rendering.blend_gestures(body, gestures, time), performer, way, affect, following, random)
     posture.move_head(body, performer, scene, gestures, time)
     body = limits.enforce_limits(body).astype(np.float32)
     hands = talk.hands.moved_with_arms(talk.directions.astype(np.float32), body)

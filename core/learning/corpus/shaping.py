@@ -13,7 +13,6 @@ import numpy as np
 
 from ...motion import rest, skeleton
 from ...motion.interpolation import ramp
-from . import rotation
 from .captured_talk import Footage
 from .manner import Manner
 from .posture import turn
@@ -25,39 +24,27 @@ _ARMS, _TRUNK = list(skeleton.ARM_EDGES), [0, 1, 2, 3, 6]
 _SIDES = (((4, 5), -1.0), ((7, 8), 1.0))
 """Edges of each arm, and the sign of outwards on the x axis."""
 _SLOW, _QUICK, _SHARED = 1.3, 0.11, 0.45
-"""Seconds of Gaussians: about which mean arms are larger or smaller, below which is noise, above which is no beat; between the
-last two lie 0.4 to 1.7 Hz."""
-_BEATS = 1.3
-"""What is added to beats, as a share of them: warped and joined footage has less of them than people."""
+"""Seconds of Gaussians: about which mean arms are larger or smaller; between the last two, 0.4 to 1.7 Hz, lies what trunk and
+head take over of the arms."""
 _SIZE_AROUSAL = 0.62
 """Octaves of size by which arousal of 1 widens movements: by half. With tempo, hands are to go at least 1.5 times as fast then,
 and at most 0.6 times at -1."""
 _LARGEST = 1.7
 """Largest size: beyond it arms would turn around the body."""
-_OF_EDGES = np.array([1.4, 0.88, 1.4, 0.88])[:, None]
-"""Factors of size of upper arms and forearms: hands that go home and accents that are added come from forearms mostly, and
-people move from the shoulder more; without these performances are told apart by 0.05 more, by the forearm's share."""
+_OF_EDGES = np.array([1.2, 0.94, 1.2, 0.94])[:, None]
+"""Factors of size of upper arms and forearms: hands that go home come from forearms mostly, and people move from the shoulder
+more; without these performances are told by the forearm's share."""
 _WAVES, _SIZE_SPREAD, _GAIN_SPREAD = 4.0, 0.16, 0.3
 """Seconds in which size and the gain of trunk and head go up or down, and the deviations of their logarithms: people are not
 constant."""
 _ASIDE_OTHER, _WAITING = 0.85, 4.0
 """How much smaller the hand that does not lead moves, for a performer who leaves all to one, and the seconds over which its
 place is smoothed in the same measure: it waits where it is."""
-_DRIFT = 2.5
-"""Seconds in which the share of one arm in the other's beats goes up or down; constant shares are told apart."""
-_ALIKE, _LED, _KEPT_OUT = (0.6, 0.6), (0.6, 0.6), (0.85, 0.3)
-"""Mean and drift of the quieter arm's share in the other's beats, where both are alike and where one leads, and of how far the
-hand that does not lead stays out of its own beats. Without shares performances are told apart by 0.1 more."""
-_ASKEW = 80.0
-"""Degrees, standard deviation about each axis, by which what one arm takes from the other is turned: people's hands beat
-together, but seldom as each other's image, which told performances apart most ("both mirrored")."""
-_POWER, _CHANGE = 0.6, 0.2
-"""Seconds over which it is judged which arm is quieter, and in which the other takes its part."""
 _LAGS = (-2, -1, 0, 1, 2)
 """Frames by which arms that predict trunk and head are shifted: before and after them by 0.13 s."""
 _PENALTY = 0.02
 """Ridge of that prediction, as a share of the inputs' mean square."""
-_FOLLOW = {"head": 1.0, "trunk": 0.9}
+_FOLLOW = {"head": 1.0, "trunk": 1.2}
 """Gains of what arms predict of head and trunk."""
 _OWN_HEAD, _OWN_LEAN = 0.6, 0.5
 """Shares of the footage's own slow head and trunk that are kept."""
@@ -67,8 +54,11 @@ _SINK, _PAUSE, _SILENCE = 0.7, 0.35, 1.6
 """Seconds in which hands go home and come back, of the shortest pause in which they do, and of one in which all do wholly."""
 _SOONER, _EARLIER = 0.1, 0.45
 """Seconds by which hands leave before the voice ends, and start before it goes on."""
-_DEPTHS, _DEPTH_AROUSAL, _WHOLLY = (0.3, 1.0), 0.35, 0.97
+_DEPTHS, _DEPTH_AROUSAL, _WHOLLY = (0.2, 0.8), 0.35, 0.97
 """Least and most of the performer's way home in a short pause, what arousal of 1 takes from it, and the way in a long one."""
+_LATER, _LESS = 0.6, 0.0
+"""Most seconds by which the second hand goes home after the first, and the least share of its way: hands that move as each
+other's image tell performances most."""
 _PHRASES = 0.3
 """Seconds of the Gaussian by which phrases with and without gestures pass into each other."""
 _SUNK, _MOST_SUNK = 0.38, 0.5
@@ -121,7 +111,6 @@ def talk_body(
     manner: Manner,
     scene: Scene,
     arousal: np.ndarray,
-    following: Following,
     random: np.random.Generator,
 ) -> np.ndarray:
     """Return an assembled performance ``(frames, 9, 3)`` in its performer's size and hands, which go home in pauses.
@@ -131,21 +120,25 @@ def talk_body(
     body = directions.astype(float).copy()
     time = np.arange(len(body)) / skeleton.FPS
     home = _home_weight(gesturing, manner, scene, arousal, time, random)
-    arms = _shared(_sized(body[:, _ARMS], manner, arousal, random), manner, random)
-    _steady(body, following.predict(arms), random)
-    body[:, _ARMS] = arms
+    body[:, _ARMS] = _sized(body[:, _ARMS], manner, arousal, random)
     body = skeleton.normalize(body)
     _go_home(body, manner, home)
     return body
 
 
 def express(
-    body: np.ndarray, performer: Performer, manner: Manner, affect: np.ndarray, random: np.random.Generator
+    body: np.ndarray,
+    performer: Performer,
+    manner: Manner,
+    affect: np.ndarray,
+    following: Following,
+    random: np.random.Generator,
 ) -> np.ndarray:
-    """Return a body ``(frames, 9, 3)`` where its performer has the hands, in the posture of its ``affect`` ``(frames, 3)``:
-    arousal, valence, dominance, -1.5 to 1.5.
+    """Return a body ``(frames, 9, 3)`` whose trunk and head go along, where its performer has the hands, in the posture of its
+    ``affect`` ``(frames, 3)``: arousal, valence, dominance, -1.5 to 1.5.
     """
     body = body.copy()
+    _steady(body, following.predict(body[:, _ARMS]), random)
     _place(body, manner, affect, random)
     _rein_in(body)
     _posture(body, performer, affect)
@@ -153,7 +146,7 @@ def express(
 
 
 def _sized(arms: np.ndarray, manner: Manner, arousal: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Return arms ``(frames, 4, 3)`` with beats that carry, larger or smaller about where they are."""
+    """Return arms ``(frames, 4, 3)`` that move more or less about where they are."""
     slow = smooth(arms, _SLOW)
     if manner.lead:
         other = slice(0, 2) if manner.lead > 0 else slice(2, 4)
@@ -162,40 +155,7 @@ def _sized(arms: np.ndarray, manner: Manner, arousal: np.ndarray, random: np.ran
     size = np.minimum(manner.size * 2 ** (_SIZE_AROUSAL * arousal) * drift, _LARGEST)[:, None, None] * _OF_EDGES
     own = np.array([1.0, 1.0])
     own[int(manner.lead < 0)] -= _ASIDE_OTHER * manner.alone * abs(manner.lead)
-    return slow + size * np.repeat(own, 2)[:, None] * (arms - slow + _BEATS * _quick(arms))
-
-
-def _shared(arms: np.ndarray, manner: Manner, random: np.random.Generator) -> np.ndarray:
-    """Return arms in which the quieter one takes part in the other's beats, by a share that drifts, or stays out of them."""
-    slow = smooth(arms, _SHARED)
-    beats = arms - slow
-    mirror = np.array([-1.0, 1.0, 1.0])
-    image = _turned(beats[:, [2, 3, 0, 1]] * mirror, random)
-    power = smooth(np.square(beats).sum(-1).reshape(-1, 2, 2).sum(-1), _POWER)
-    other = power[:, ::-1] > power
-    if manner.lead:
-        own = np.ones((len(arms), 2))
-        own[:, int(manner.lead < 0)] = 1 - manner.alone * _share(_KEPT_OUT, len(arms), random)
-        beats = beats * np.repeat(own, 2, axis=1)[..., None]
-        share = other * (1 - manner.alone) * _share(_LED, len(arms), random)[:, None]
-        share[:, int(manner.lead > 0)] = 0
-    else:
-        share = other * _share(_ALIKE, len(arms), random)[:, None]
-    share = np.repeat(smooth(share, _CHANGE), 2, axis=1)[..., None]
-    return slow + (1 - share) * beats + share * image
-
-
-def _turned(beats: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Return beats ``(frames, 4, 3)`` turned by angles that drift: hands that beat together seldom are each other's image."""
-    angles = np.radians(_ASKEW) * np.stack([_wander(len(beats), _DRIFT, random) for _ in range(3)], axis=-1)
-    x, y, z = (rotation.about(axis, angles[:, axis]) for axis in range(3))
-    return rotation.rotate(rotation.multiply(z, rotation.multiply(y, x))[:, None], beats)
-
-
-def _share(of: tuple[float, float], frames: int, random: np.random.Generator) -> np.ndarray:
-    """Return a share ``(frames,)`` between 0 and 1 that drifts about its mean; ``of``: mean and deviation."""
-    mean, deviation = of
-    return np.clip(mean + deviation * _wander(frames, _DRIFT, random), 0, 1)
+    return slow + size * np.repeat(own, 2)[:, None] * (arms - slow)
 
 
 def _steady(body: np.ndarray, quick: np.ndarray, random: np.random.Generator) -> None:
@@ -226,29 +186,32 @@ def _place(body: np.ndarray, manner: Manner, affect: np.ndarray, random: np.rand
 def _home_weight(
     gesturing: np.ndarray, manner: Manner, scene: Scene, arousal: np.ndarray, time: np.ndarray, random: np.random.Generator
 ) -> np.ndarray:
-    """Return how far the hands are home ``(frames,)``: outside gestured phrases wholly, in pauses in part, more when calm."""
+    """Return how far each hand is home ``(frames, 2)``: outside gestured phrases wholly, in pauses in part, more when calm."""
     away = 1 - smooth(gesturing, _PHRASES)
-    weight = np.zeros(len(time))
+    weight = np.zeros((len(time), 2))
     for begin, end in scene.pauses:
         if end - begin >= _PAUSE:
             mood = float(np.interp(begin, time, arousal))
             long = np.clip((end - begin - _PAUSE) / (_SILENCE - _PAUSE), 0, 1)
             depth = np.clip(random.uniform(*_DEPTHS) * (manner.home - _DEPTH_AROUSAL * mood), 0, 1)
-            depth = depth + (_WHOLLY - depth) * long**2
             leave, back = begin - _SOONER, end - _EARLIER
-            down = ramp(time, leave, leave + _SINK)
-            if end < scene.speech.duration:
-                down *= 1 - ramp(time, back, back + _SINK)
-            weight = np.maximum(weight, depth * down)
+            second = int(random.integers(2))
+            for hand in (0, 1):
+                later, share = (random.uniform(0, _LATER), random.uniform(_LESS, 1)) if hand == second else (0.0, 1.0)
+                down = ramp(time, leave + later, leave + later + _SINK)
+                if end < scene.speech.duration:
+                    down *= 1 - ramp(time, back + later, back + later + _SINK)
+                deep = share * depth
+                weight[:, hand] = np.maximum(weight[:, hand], (deep + (_WHOLLY - deep) * long**2) * down)
     sunk = np.clip(-_SUNK * smooth(arousal, 1.0), 0, _MOST_SUNK)
-    return 1 - (1 - away) * (1 - weight) * (1 - sunk)
+    return 1 - ((1 - away) * (1 - sunk))[:, None] * (1 - weight)
 
 
 def _go_home(body: np.ndarray, manner: Manner, home: np.ndarray) -> None:
-    """Move both arms towards home by the weight ``(frames,)``, in place."""
+    """Move the arms towards home by the weight of each hand ``(frames, 2)``, in place."""
     place = _FRONT if manner.front else rest.REST[_ARMS].astype(float)
     target = np.broadcast_to(place, body[:, _ARMS].shape)
-    body[:, _ARMS] = rest.slerp(body[:, _ARMS], target, np.repeat(home[:, None], 4, axis=1))
+    body[:, _ARMS] = rest.slerp(body[:, _ARMS], target, np.repeat(home, 2, axis=1))
 
 
 def _posture(body: np.ndarray, performer: Performer, affect: np.ndarray) -> None:
