@@ -1,4 +1,4 @@
-"""Shapes assembled talk by its performer and its affect: size, beats, shared work, height, openness, posture, and home.
+"""Shapes assembled talk by its performer and its affect: size, height, openness, posture, and home.
 
 What affect does to a body follows what is known of people (Wallbott 1998; Pollick et al. 2001; Kleinsmith and
 Bianchi-Berthouze 2013): arousal makes it larger, faster and higher, valence open or closed, dominance upright and wide or
