@@ -57,7 +57,7 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
     "meaning": ("core/motion/stroke_requests.py",),  # a channel
     "rate": ("core/motion/",),  # frames a second
     "turn": ("core/meaning/",),  # of a palm
-    "listen": ("s2ag_blender/takes/stages.py",),  # a stage of the engine
+    "listen": ("s2ag_blender/takes/stages.py", "s2ag_blender/takes/gesture_kinds.py"),  # a stage of the engine, a gesture
     "spread": ("core/motion/", "core/synthesis/accent_selection.py", "core/sampling/", "rigs/"),  # of fingers, chances
     "rhubarb": ("core/motion/",),  # a format
     "language": ("core/words/",),  # what a recogniser takes
@@ -66,7 +66,7 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
     "device": ("core/cli/", "s2ag_blender/"),  # of training, of Blender's renderer
     "curves": ("s2ag_blender/keys/", "s2ag_blender/ui/subpanels.py"),  # BLENDERS
     "end_pose": ("s2ag_blender/",),
-    "takes": ("s2ag_blender/takes/stored_settings.py", "s2ag_blender/ui/subpanels.py"),
+    "takes": ("s2ag_blender/takes/stored_settings.py", "s2ag_blender/ui/subpanels.py", "s2ag_blender/ui/__init__.py"),
     "kept": ("s2ag_blender/takes/take_list.py",),  # an argument of plan, the settings of a take
     "pose": (*_EDITS[:2], "s2ag_blender/takes/constraints.py", "s2ag_blender/takes/decisions.py"),
     "style": (  # a kind of edit, a column, a point of a map, the field of an operator
@@ -78,8 +78,8 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
         *("core/editing/edits.py", "core/words/aligner/sphinx_engine.py", "core/cli/study.py"),
         *("s2ag_blender/takes/gesture_edits.py", "s2ag_blender/ui/decisions.py"),
     ),
-    "take": (  # a motion file, a word, and the number in a record or in provenance
-        *("core/cli/edit.py", "core/words/hints.py", "core/batch/summary.py", *_STATED),
+    "take": (  # a motion file, a word, a gesture, and the number in a record or in provenance
+        *("s2ag_blender/takes/gesture_kinds.py", "core/cli/edit.py", "core/words/hints.py", "core/batch/summary.py", *_STATED),
     ),
     "near": _STATED,
     "chance": ("core/synthesis/style_sequence.py",),  # a fact of a speaker

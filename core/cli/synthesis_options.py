@@ -103,6 +103,12 @@ def request(options: argparse.Namespace, **changes: Any) -> "Request":
     return Request(options.audio, **(values | control_curves.of(options) | document.of(options) | changes))
 
 
+def words_from(options: argparse.Namespace) -> tuple[Path | None, str | None, bool]:
+    """Return the transcript's file, the text, and whether words are to be recognised."""
+    file, text, heard = (_value(options, one) for one in options_of(Settings) if one.words)
+    return file, text, heard
+
+
 def _value(options: argparse.Namespace, setting: Setting) -> Any:
     """Return the value of a setting by the options."""
     value = getattr(options, setting.name)
@@ -161,7 +167,7 @@ def _side(text: str) -> float:
 
 def _transcript(options: argparse.Namespace, named: Path | None) -> Path | None:
     """Return the transcript file: the ``named`` one, or the one with the recording's name beside it, or None; print a note."""
-    if _has_words(options) or options.listen:
+    if _has_words(options) or getattr(options, "listen", None):
         return named
     from ..words.transcript_search import find_transcript
 

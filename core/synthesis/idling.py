@@ -13,9 +13,9 @@ import numpy as np
 
 from .. import npz
 from ..errors import UsageError
-from ..face import animation, eyes
+from ..face import eyes
 from ..motion import hand_channels, rest, skeleton
-from ..motion.face import GAZE_DEGREES, RATE, Face, channel
+from ..motion.face import CHANNELS, GAZE_DEGREES, RATE, Face, channel
 from ..motion.interpolation import ramp, sample_cubic
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
@@ -143,12 +143,15 @@ def _mirrored(numbers: np.ndarray) -> np.ndarray:
 
 def _waiting_face(directions: np.ndarray, seed: int) -> np.ndarray:
     """Return weights of a silent face that looks ahead and blinks, its eyes ahead of the turning head."""
-    count, nothing = round(len(directions) / skeleton.FPS * RATE), np.zeros((0, 2))
+    count, random = round(len(directions) / skeleton.FPS * RATE), np.random.default_rng((seed, 23))
     ahead = np.broadcast_to(skeleton.MEAN_UNIT, directions.shape)  # who waits looks where the head points, at no listener
-    weights = animation.make_face(animation.FaceSpeech((), np.full(count, -60.0), nothing, (), ()), ahead, seed).weights
+    look, shifts = eyes.gaze(np.zeros((0, 2)), ahead, count, random)
     lead = eyes.head_angles(directions, count, _GAZE_LEAD) - eyes.head_angles(directions, count)
-    for column, name in enumerate(("LOOK_LEFT", "LOOK_UP")):
-        weights[:, channel(name)] += np.tanh(_GAZE_SHARE * lead[:, column] / GAZE_DEGREES)
+    look = look / GAZE_DEGREES + np.tanh(_GAZE_SHARE * lead / GAZE_DEGREES)
+    shut = eyes.lid_closure(eyes.blink_times(np.zeros((0, 2)), shifts, count, random), count)
+    weights = np.zeros((count, len(CHANNELS)))
+    for name, column in (("BLINK_LEFT", shut), ("BLINK_RIGHT", shut), ("LOOK_LEFT", look[:, 0]), ("LOOK_UP", look[:, 1])):
+        weights[:, channel(name)] = column
     return np.clip(weights, -1, 1)
 
 
