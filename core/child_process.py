@@ -113,13 +113,9 @@ class StandbyChild:
 
 
 def run_request(
-    command: list[str],
-    request: dict,
-    data: Iterable[bytes],
-    limit: float,
-    hear: Callable[[dict], object | None],
-    reserve: StandbyChild | None = None,
-) -> Any:
+    command: list[str], request: dict, data: Iterable[bytes], limit: float, hear: Callable[[dict], object | None],
+    reserve: StandbyChild | None = None
+) -> Any:  # fmt: skip
     """Send a request as a line of JSON, followed by ``data``, and return the child's result.
 
     Every line of the response goes to ``hear`` until it returns something other than None: the result. ``hear`` may raise:

@@ -51,16 +51,9 @@ class PosedHand:
 
 
 def resolve_contacts(
-    girth: TrunkShape,
-    placed: ArmOrigin,
-    directions: np.ndarray,
-    torso: np.ndarray,
-    clavicles: dict[str, np.ndarray],
-    hands: dict[str, PosedHand],
-    fps: float,
-    strength: float = 1.0,
-    heads: Sequence[TurningHead] = (),
-) -> Generator[None, None, np.ndarray]:
+    girth: TrunkShape, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
+    hands: dict[str, PosedHand], fps: float, strength: float = 1.0, heads: Sequence[TurningHead] = ()
+) -> Generator[None, None, np.ndarray]:  # fmt: skip
     """Return ``directions`` (frames, 9, 3) in armature space with arms moved so that hands intersect nothing, in slices.
 
     ``heads``: the head and the place before its face. ``torso``, ``clavicles`` and ``strength`` as for
@@ -102,15 +95,9 @@ class _Arm:
     """An arm with its hand, relative to the chest; ``shift`` (frames, 3) is the correction of its wrist's position."""
 
     def __init__(
-        self,
-        placed: ArmOrigin,
-        directions: np.ndarray,
-        torso: np.ndarray,
-        clavicle: np.ndarray,
-        side: str,
-        held: PosedHand,
-        trunk: _Trunk,
-    ):
+        self, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicle: np.ndarray, side: str, held: PosedHand,
+        trunk: _Trunk
+    ):  # fmt: skip
         self.frame, self.held, self.sign, self.trunk = placed.frame, held, SIDES[side], trunk
         self.edges, (upper, fore) = from_chest(placed, directions, torso, side)
         self.upper, self.fore, _ = placed.lengths[side]

@@ -77,21 +77,10 @@ class Goals:
     are rotations of pelvis and legs, or None."""
 
     def __init__(
-        self,
-        bones: Bones,
-        mapping: Mapping,
-        directions: np.ndarray,
-        fps: float = skeleton.FPS,
-        options: Options | None = None,
-        *,
-        girth: proportions.TrunkShape | None = None,
-        free: Collection[str] | None = None,
-        frame: np.ndarray | None = None,
-        hands: Hands | None = None,
-        pelvis: Pelvis | None = None,
-        legs: Legs | None = None,
-        clear: bool = True,
-    ):
+        self, bones: Bones, mapping: Mapping, directions: np.ndarray, fps: float = skeleton.FPS, options: Options | None = None,
+        *, girth: proportions.TrunkShape | None = None, free: Collection[str] | None = None, frame: np.ndarray | None = None,
+        hands: Hands | None = None, pelvis: Pelvis | None = None, legs: Legs | None = None, clear: bool = True
+    ):  # fmt: skip
         """Set up targets for ``directions`` (frames, 9, 3) in the canonical frame.
 
         ``girth`` is the trunk's shape (estimated from the bones if None), ``free`` the twist bones, hands and fingers that

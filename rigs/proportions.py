@@ -170,14 +170,9 @@ def from_chest(placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, sid
 
 
 def clear_trunk(
-    girth: TrunkShape,
-    placed: ArmOrigin,
-    directions: np.ndarray,
-    torso: np.ndarray,
-    clavicles: dict[str, np.ndarray],
-    fps: float,
-    strength: float = 1.0,
-) -> np.ndarray:
+    girth: TrunkShape, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
+    fps: float, strength: float = 1.0
+) -> np.ndarray:  # fmt: skip
     """Return ``directions`` (frames, 9, 3) in armature space with arms outside the trunk, smooth in time.
 
     ``torso`` (frames, 4) is the chest's rotation away from rest in armature space, ``clavicles`` the clavicles' rotations
@@ -267,13 +262,9 @@ class _Arm:
         return high
 
     def _depth(
-        self,
-        start: np.ndarray,
-        along: np.ndarray,
-        reach: np.ndarray,
-        radius: np.ndarray,
-        frames: slice | np.ndarray = slice(None),
-    ) -> np.ndarray:
+        self, start: np.ndarray, along: np.ndarray, reach: np.ndarray, radius: np.ndarray,
+        frames: slice | np.ndarray = slice(None)
+    ) -> np.ndarray:  # fmt: skip
         """Return the greatest depth (frames,) of the points at distances ``reach`` (n,) from ``start``, of ``radius`` (n,)."""
         points = start[:, None] + reach[:, None] * along[:, None]
         return self.girth.depth(self._in_trunk(points, frames), radius).max(-1)

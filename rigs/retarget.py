@@ -19,13 +19,9 @@ BONES_PER_SLICE = 16
 
 
 def solve(
-    bones: Bones,
-    mapping: Mapping,
-    directions: np.ndarray,
-    fps: float = skeleton.FPS,
-    options: Options | None = None,
-    hands: Hands | None = None,
-) -> dict[str, np.ndarray]:
+    bones: Bones, mapping: Mapping, directions: np.ndarray, fps: float = skeleton.FPS, options: Options | None = None,
+    hands: Hands | None = None
+) -> dict[str, np.ndarray]:  # fmt: skip
     """Return rotations ``{bone: (frames, 4)}`` in each mapped bone's rest space (Blender's pose rotation).
 
     ``directions`` (frames, 9, 3) are in the canonical frame. Without ``hands``, hands follow the forearms. Raises

@@ -45,13 +45,9 @@ class Director:
         self._states: dict[str, list[tuple[str, State]]] = {}
 
     def direct(
-        self,
-        request: Request,
-        edits: Sequence[dict],
-        progress: Callable[[str, float], None] = lambda stage, value: None,
-        cancelled: Callable[[], bool] = lambda: False,
-        forgiven: int = 0,
-    ) -> Result:
+        self, request: Request, edits: Sequence[dict], progress: Callable[[str, float], None] = lambda stage, value: None,
+        cancelled: Callable[[], bool] = lambda: False, forgiven: int = 0
+    ) -> Result:  # fmt: skip
         """Return the take of a request after ``edits`` (:mod:`edits`), with warnings on what could not be achieved.
 
         The same request, edits and checkpoint give the same motion. Of the first ``forgiven`` edits, and of those before a
@@ -76,13 +72,9 @@ class Director:
         return Result([motion], heard.words, list(state.warnings), dict(stages.seconds), performers.own)
 
     def edit(
-        self,
-        motion: Motion,
-        edits: Sequence[dict],
-        audio: str | PathLike,
-        progress: Callable[[str, float], None] = lambda stage, value: None,
-        **words: Any,
-    ) -> tuple[Motion, list[str]]:
+        self, motion: Motion, edits: Sequence[dict], audio: str | PathLike,
+        progress: Callable[[str, float], None] = lambda stage, value: None, **words: Any
+    ) -> tuple[Motion, list[str]]:  # fmt: skip
         """Apply edits to a ``motion`` of the recording ``audio``, which may have been edited before; return it with warnings.
 
         Earlier edits, known from its provenance, are kept; where a change of style or feeling performs their moments anew, they
@@ -109,14 +101,9 @@ class Director:
         return _documented(state.motion, every, turns + again + others, motion.meta), list(state.warnings)
 
     def _continue(
-        self,
-        request: Request,
-        cached: list[tuple[str, State]],
-        edits: list[dict],
-        order: list[int],
-        stages: Stages,
-        forgiven: int = 0,
-    ) -> list[tuple[str, State]]:
+        self, request: Request, cached: list[tuple[str, State]], edits: list[dict], order: list[int], stages: Stages,
+        forgiven: int = 0
+    ) -> list[tuple[str, State]]:  # fmt: skip
         """Return the states after each edit of ``order``, numbers of ``edits``, each with its edit as text; ``cached`` ones of
         the same first edits are reused."""
         same = 0

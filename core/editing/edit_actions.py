@@ -151,17 +151,9 @@ def _add(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[S
 
 
 def _place_core(
-    filler: Regenerator,
-    state: State,
-    edit: dict,
-    others: Sequence[Gesture],
-    at: float,
-    core: stroke_core.StrokeCore,
-    hands: tuple[str, str],
-    sizes: tuple[float, float],
-    whole: bool,
-    nearer: float,
-) -> tuple[State, float]:
+    filler: Regenerator, state: State, edit: dict, others: Sequence[Gesture], at: float, core: stroke_core.StrokeCore,
+    hands: tuple[str, str], sizes: tuple[float, float], whole: bool, nearer: float
+) -> tuple[State, float]:  # fmt: skip
     """Place a core at ``at`` seconds, mirrored to another hand and scaled if need be; return the state and its miss.
 
     ``hands`` are the hand that made it and the requested one, ``sizes`` its metres and the factor on them, ``others`` the

@@ -153,14 +153,9 @@ def _bridge(
 
 
 def _best_way(
-    before: Motion,
-    performed: Motion,
-    home: np.ndarray,
-    gap: _Gap,
-    span: frame_ranges.FrameRange,
-    held: np.ndarray,
-    stay: Sequence[float],
-) -> tuple[np.ndarray, frame_ranges.FrameRange, float]:
+    before: Motion, performed: Motion, home: np.ndarray, gap: _Gap, span: frame_ranges.FrameRange, held: np.ndarray,
+    stay: Sequence[float]
+) -> tuple[np.ndarray, frame_ranges.FrameRange, float]:  # fmt: skip
     """Return directions with the best way through a gap, the frames that it changes, and the strokes by which it misses."""
     best, least, place = before.directions, np.inf, span
     impossible = float(regeneration.is_implausible(before.directions[max(span[0] - 2, 0) : span[1] + 2]))

@@ -86,17 +86,9 @@ class Regenerator:
         return zlib.crc32(json.dumps([request.seed, request.take, edit, attempt], sort_keys=True).encode())
 
     def fill(
-        self,
-        motion: Motion,
-        places: Sequence[frame_ranges.FrameRange],
-        core: StrokeCore | None,
-        seed: int,
-        held: np.ndarray,
-        *,
-        plain: bool = True,
-        whole: bool = False,
-        again: bool = False,
-    ) -> tuple[Motion, list[tuple[str, float]]]:
+        self, motion: Motion, places: Sequence[frame_ranges.FrameRange], core: StrokeCore | None, seed: int, held: np.ndarray,
+        *, plain: bool = True, whole: bool = False, again: bool = False
+    ) -> tuple[Motion, list[tuple[str, float]]]:  # fmt: skip
         """Return the take with ``places`` regenerated through ``core``, and the semantic gestures that appear there.
 
         Frames marked in ``held`` ``(frames,)`` stay unchanged. ``plain`` allows no requested strokes and no semantic gestures
@@ -151,12 +143,9 @@ class Regenerator:
 
 
 def interpolate_arms(
-    motion: Motion,
-    place: frame_ranges.FrameRange,
-    held: np.ndarray,
-    arms: Sequence[int] = ARMS,
-    still: Sequence[int] | np.ndarray | None = (),
-) -> Motion:
+    motion: Motion, place: frame_ranges.FrameRange, held: np.ndarray, arms: Sequence[int] = ARMS,
+    still: Sequence[int] | np.ndarray | None = ()
+) -> Motion:  # fmt: skip
     """Return the take with the edges ``arms`` interpolated through a span (cubic Hermite with the speeds at its ends).
 
     They stop at the frames ``still``, if those are ends of the span. With ``still`` None directions are blended linearly, not
@@ -230,13 +219,9 @@ def peak_motion(directions: np.ndarray) -> tuple[float, float]:
 
 
 def _hands(
-    motion: Motion,
-    generated: Motion,
-    directions: np.ndarray,
-    places: Sequence[frame_ranges.FrameRange],
-    core: StrokeCore | None,
-    held: np.ndarray,
-) -> Hands | None:
+    motion: Motion, generated: Motion, directions: np.ndarray, places: Sequence[frame_ranges.FrameRange],
+    core: StrokeCore | None, held: np.ndarray
+) -> Hands | None:  # fmt: skip
     """Blend the hands of a take into the generated ones inside the spans, and into those of the core in its frames.
 
     They are attached to the new arms ``directions`` ``(frames, 9, 3)``."""

@@ -55,16 +55,9 @@ def record_meant(motion: Motion, places: Sequence[frame_ranges.FrameRange], show
 
 
 def place_gesture(
-    filler: Regenerator,
-    state: State,
-    edit: dict,
-    at: float,
-    others: Sequence[Gesture],
-    kind: str,
-    hand: str | None,
-    size: float,
-    freer: bool = False,
-) -> tuple[State, float]:
+    filler: Regenerator, state: State, edit: dict, at: float, others: Sequence[Gesture], kind: str, hand: str | None,
+    size: float, freer: bool = False
+) -> tuple[State, float]:  # fmt: skip
     """Place a gesture of the vocabulary with its stroke at ``at`` seconds; return the state and its miss.
 
     Seed and moment choose the form, the first one is tried last. The phrase around it is regenerated without other strokes.

@@ -27,15 +27,9 @@ _NEARER_STEP, _MAX_NEARER = 0.3, 0.9
 
 
 def place_stroke(
-    filler: Regenerator,
-    state: State,
-    edit: dict,
-    places: Sequence[frame_ranges.FrameRange],
-    core: StrokeCore,
-    aim: StrokeTarget,
-    whole: bool = False,
-    nearer: float = 0.0,
-) -> tuple[State, float]:
+    filler: Regenerator, state: State, edit: dict, places: Sequence[frame_ranges.FrameRange], core: StrokeCore,
+    aim: StrokeTarget, whole: bool = False, nearer: float = 0.0
+) -> tuple[State, float]:  # fmt: skip
     """Regenerate ``places`` through a core, with head and trunk if ``whole``; return the state and its miss of the aim.
 
     ``nearer`` is the share by which the first attempt moves the core towards the arms without a gesture, for a second try."""
@@ -105,13 +99,9 @@ def _transitions_faster(made: Motion, core: StrokeCore) -> bool:
 
 
 def without_gestures(
-    motion: Motion,
-    places: Sequence[frame_ranges.FrameRange],
-    core: StrokeCore,
-    held: np.ndarray,
-    arms: Sequence[int] = stroke_core.ARMS,
-    still: Sequence[int] | np.ndarray | None = None,
-) -> Motion:
+    motion: Motion, places: Sequence[frame_ranges.FrameRange], core: StrokeCore, held: np.ndarray,
+    arms: Sequence[int] = stroke_core.ARMS, still: Sequence[int] | np.ndarray | None = None
+) -> Motion:  # fmt: skip
     """Interpolate the edges ``arms`` in the places, except the core's frames and ``held`` ones
     (:func:`regeneration.interpolate_arms`)."""
     for start, stop in places:

@@ -87,15 +87,9 @@ class StrokeTarget:
 
 
 def best_attempt(
-    filler: Regenerator,
-    state: State,
-    edit: dict,
-    places: Sequence[FrameRange],
-    make: Callable[[int, int], Motion],
-    miss: Callable[[Motion], float],
-    core: Sequence[int] | np.ndarray = (),
-    tries: int = TRIES,
-) -> tuple[Motion, float]:
+    filler: Regenerator, state: State, edit: dict, places: Sequence[FrameRange], make: Callable[[int, int], Motion],
+    miss: Callable[[Motion], float], core: Sequence[int] | np.ndarray = (), tries: int = TRIES
+) -> tuple[Motion, float]:  # fmt: skip
     """Return the best motion of several attempts ``make(attempt, seed)``, and its miss ``miss(motion)``.
 
     The best one misses least and is no more sudden than the take. Frame numbers in ``core`` stay unchanged while joins are
@@ -116,14 +110,9 @@ def best_attempt(
 
 
 def _rate_variants(
-    state: State,
-    places: Sequence[FrameRange],
-    candidate: Motion,
-    off: float,
-    strain: float,
-    miss: Callable[[Motion], float],
-    core: Sequence[int] | np.ndarray,
-) -> Iterator[tuple[float, Motion, float]]:
+    state: State, places: Sequence[FrameRange], candidate: Motion, off: float, strain: float, miss: Callable[[Motion], float],
+    core: Sequence[int] | np.ndarray
+) -> Iterator[tuple[float, Motion, float]]:  # fmt: skip
     """Yield (rating, motion, miss) of a candidate, and of variants with eased joins while it is more sudden than the take.
 
     A rating of 1 or less is within the tolerances. The first variant keeps the ``core``, the second may change it, too."""

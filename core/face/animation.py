@@ -38,11 +38,9 @@ class FaceSpeech:
 
 
 def analyse(
-    audio: np.ndarray,
-    words: Sequence[tuple[str, float, float]] = (),
-    heard: Sequence[tuple[Phone, ...]] = (),
-    rhythm: prosody.Prosody | None = None,
-) -> FaceSpeech:
+    audio: np.ndarray, words: Sequence[tuple[str, float, float]] = (), heard: Sequence[tuple[Phone, ...]] = (),
+    rhythm: prosody.Prosody | None = None
+) -> FaceSpeech:  # fmt: skip
     """Analyse ``audio`` ``(n,)`` at 16 kHz, with its words, if known, and the phones ``heard`` in each of them.
 
     ``rhythm`` is the prosody of the recording, if the caller has it."""
@@ -58,13 +56,9 @@ def analyse(
 
 
 def make_face(
-    spoken: FaceSpeech,
-    directions: np.ndarray,
-    seed: int = 0,
-    affect: Mapping[str, float | np.ndarray] | None = None,
-    intensity: float = 1.0,
-    smoothness: float = 0.5,
-) -> Face:
+    spoken: FaceSpeech, directions: np.ndarray, seed: int = 0, affect: Mapping[str, float | np.ndarray] | None = None,
+    intensity: float = 1.0, smoothness: float = 0.5
+) -> Face:  # fmt: skip
     """Make the face of a take whose pose has ``directions`` ``(frames, 9, 3)`` at 15 fps, from the start of the recording.
 
     ``intensity`` (0..2) scales mouth opening and brow raises, ``smoothness`` (0..1) smooths the lips; lip closures are always

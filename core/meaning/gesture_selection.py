@@ -47,13 +47,9 @@ class ScheduledGesture:
 
 
 def choose_gestures(
-    vocabulary: Vocabulary,
-    words: Sequence[tuple[str, float, float]],
-    asked: Mapping[int, tuple[str, float]],
-    readiness: float,
-    seed: tuple[int, ...],
-    found: Mapping[int, Wanted] | None = None,
-) -> list[ScheduledGesture]:
+    vocabulary: Vocabulary, words: Sequence[tuple[str, float, float]], asked: Mapping[int, tuple[str, float]], readiness: float,
+    seed: tuple[int, ...], found: Mapping[int, Wanted] | None = None
+) -> list[ScheduledGesture]:  # fmt: skip
     """Choose the gestures of ``words`` ``(text, start, end)``, in order of time.
 
     ``asked`` maps word numbers to the hint and side of the transcript's marks, which are always shown. ``readiness`` 0..1 is

@@ -16,12 +16,9 @@ class VectorFeatures:
     """
 
     def __init__(
-        self,
-        mfcc: np.ndarray,
-        words: Sequence[tuple[str, float, float]],
-        vectors: WordVectors | None,
-        prosody: np.ndarray | None,
-    ):
+        self, mfcc: np.ndarray, words: Sequence[tuple[str, float, float]], vectors: WordVectors | None,
+        prosody: np.ndarray | None
+    ):  # fmt: skip
         self.mfcc, self.prosody = mfcc, prosody
         self.words, self.vectors = sorted(words, key=lambda word: word[1]), vectors
         self.ends = np.maximum.accumulate([end for _, _, end in self.words])

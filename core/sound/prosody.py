@@ -72,13 +72,9 @@ class Prosody:
 
 
 def analyse(
-    audio: np.ndarray,
-    words: Sequence[tuple[str, float, float]] = (),
-    frames: int | None = None,
-    stressed: Collection[int] = (),
-    measured: Tracks | None = None,
-    fps: float = FPS,
-) -> Prosody:
+    audio: np.ndarray, words: Sequence[tuple[str, float, float]] = (), frames: int | None = None,
+    stressed: Collection[int] = (), measured: Tracks | None = None, fps: float = FPS
+) -> Prosody:  # fmt: skip
     """Analyse the prosody of ``(n,)`` float32 samples at 16 kHz; ``words`` are (text, start, end) in seconds, in order of time.
 
     ``frames`` is the number of pose frames of the features, by default that of the recording. ``stressed`` holds the numbers

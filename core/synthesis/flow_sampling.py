@@ -26,17 +26,10 @@ TILE = 8192
 
 
 def sample(
-    network: Any,
-    inputs: Inputs,
-    cast: Sequence[StyleSequence],
-    asked: Sequence[np.ndarray | None],
-    frames: int,
-    progress: Callable[[float], None] = lambda value: None,
-    cancelled: Callable[[], bool] = lambda: False,
-    tile: int = TILE,
-    lively: np.ndarray | None = None,
-    tempo: TimeWarp | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+    network: Any, inputs: Inputs, cast: Sequence[StyleSequence], asked: Sequence[np.ndarray | None], frames: int,
+    progress: Callable[[float], None] = lambda value: None, cancelled: Callable[[], bool] = lambda: False, tile: int = TILE,
+    lively: np.ndarray | None = None, tempo: TimeWarp | None = None
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Draw directions ``(takes, frames, 9, 3)`` float32 of all takes of the ``cast``, and the extra channels of their frames
     ``(takes, frames, extras)``.
 

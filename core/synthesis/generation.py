@@ -30,12 +30,9 @@ class GeneratedTakes(NamedTuple):
 
 
 def generate(
-    checkpoint: Any,
-    heard: SpeechFeatures,
-    cast: Sequence[StyleSequence],
-    progress: Callable[[float], None] = lambda value: None,
-    cancelled: Callable[[], bool] = lambda: False,
-) -> GeneratedTakes:
+    checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequence],
+    progress: Callable[[float], None] = lambda value: None, cancelled: Callable[[], bool] = lambda: False
+) -> GeneratedTakes:  # fmt: skip
     """Generate all takes of all performers, those of a request after those of the one before it.
 
     ``checkpoint`` is a :class:`loaded_checkpoint.LoadedCheckpoint` network."""

@@ -39,18 +39,11 @@ class Session:
     (:mod:`vocabulary`)."""
 
     def __init__(
-        self,
-        checkpoint: str | PathLike | None = None,
-        vectors: str | PathLike | None = None,
-        device: str = "cpu",
-        remember: bool = False,
-        aligner_model: str | PathLike | None = None,
-        recogniser_model: str | PathLike | None = None,
-        cache: str | PathLike | None = None,
-        language: str | None = None,
-        vocabulary: str | PathLike | None = None,
-        backend: str | None = None,
-    ) -> None:
+        self, checkpoint: str | PathLike | None = None, vectors: str | PathLike | None = None, device: str = "cpu",
+        remember: bool = False, aligner_model: str | PathLike | None = None, recogniser_model: str | PathLike | None = None,
+        cache: str | PathLike | None = None, language: str | None = None, vocabulary: str | PathLike | None = None,
+        backend: str | None = None
+    ) -> None:  # fmt: skip
         self._checkpoint_path, self._vectors_path = checkpoint, vectors
         self._backend, self._device = backend, device
         folder = default_folder() if cache is None else None if str(cache) == "off" else cache
@@ -101,11 +94,9 @@ class Session:
             self.vectors  # noqa: B018
 
     def synthesize(
-        self,
-        request: Request,
-        progress: Callable[[str, float], None] = lambda stage, value: None,
-        cancelled: Callable[[], bool] = lambda: False,
-    ) -> Result:
+        self, request: Request, progress: Callable[[str, float], None] = lambda stage, value: None,
+        cancelled: Callable[[], bool] = lambda: False
+    ) -> Result:  # fmt: skip
         """Make ``request.takes`` motions. Same request, seed and checkpoint: the same result.
 
         ``progress(stage, value)`` is called with stages and 0..1 within them, ``cancelled()`` often. Raises
@@ -113,11 +104,9 @@ class Session:
         return self.synthesize_all([request], progress, cancelled)[0]
 
     def synthesize_all(
-        self,
-        requests: Sequence[Request],
-        progress: Callable[[str, float], None] = lambda stage, value: None,
-        cancelled: Callable[[], bool] = lambda: False,
-    ) -> list[Result]:
+        self, requests: Sequence[Request], progress: Callable[[str, float], None] = lambda stage, value: None,
+        cancelled: Callable[[], bool] = lambda: False
+    ) -> list[Result]:  # fmt: skip
         """Make several performances of one recording, which is heard once and drawn in one batch; results as of single ones.
 
         Raises what :meth:`synthesize` raises, and :class:`UsageError` where the recordings or transcripts differ."""

@@ -28,12 +28,9 @@ _ROUNDS = 12
 
 
 def spare(
-    directions: np.ndarray,
-    rate: np.ndarray | float,
-    home: np.ndarray,
-    meant: Sequence[float] = (),
-    fixed: Sequence[int] | np.ndarray = (),
-) -> tuple[np.ndarray, np.ndarray]:
+    directions: np.ndarray, rate: np.ndarray | float, home: np.ndarray, meant: Sequence[float] = (),
+    fixed: Sequence[int] | np.ndarray = ()
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Return directions ``(frames, 9, 3)`` with fewer strokes where ``rate`` is below 0, and how far arms rest ``(frames,)``.
 
     ``rate`` is a number or ``(frames,)``: from 0 on nothing changes, at -1 a quarter of the strokes stays at most, between

@@ -207,13 +207,9 @@ def word_per_frame(
 
 
 def vectors_per_frame(
-    words: Sequence[tuple[str, float, float]],
-    vectors: WordVectors,
-    frames: int,
-    fps: float = 15.0,
-    start: float = 0.0,
-    mode: str = "span",
-) -> np.ndarray:
+    words: Sequence[tuple[str, float, float]], vectors: WordVectors, frames: int, fps: float = 15.0, start: float = 0.0,
+    mode: str = "span"
+) -> np.ndarray:  # fmt: skip
     """Return ``(frames, 300)`` float32: the vector of the word spoken in each pose frame, else zero; see
     :func:`word_per_frame`."""
     index = word_per_frame(words, frames, fps, start, mode)

@@ -72,11 +72,9 @@ def align_words(
 
 
 def align_stretches(
-    audio: np.ndarray,
-    stretches: Sequence[Stretch],
-    progress: Callable[[float], object] | None = None,
-    model: dict | None = None,
-) -> Alignment:
+    audio: np.ndarray, stretches: Sequence[Stretch], progress: Callable[[float], object] | None = None,
+    model: dict | None = None
+) -> Alignment:  # fmt: skip
     """Align the words of stretches, which are in order of time and do not overlap.
 
     ``audio`` is ``(n,)`` float32 at 16 kHz; ``model`` is that of another language (:func:`language.load_language`).
@@ -182,12 +180,9 @@ def _misfit(words: list[list[str]], segments: list[Span], model: dict | None) ->
 
 
 def _run(
-    audio: np.ndarray,
-    stretches: Sequence[Stretch],
-    segments: list[Span],
-    progress: Callable[[float], object],
-    model: dict | None,
-) -> tuple[list[_Placement | None], str]:
+    audio: np.ndarray, stretches: Sequence[Stretch], segments: list[Span], progress: Callable[[float], object],
+    model: dict | None
+) -> tuple[list[_Placement | None], str]:  # fmt: skip
     """Align in the child process; return a placement per word (None: not found) and, if the child failed, a complaint."""
     count = sum(len(part.words) for part in stretches)
     nothing: list[_Placement | None] = [None] * count

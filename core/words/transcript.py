@@ -58,12 +58,9 @@ class TranscriptOptions:
 
 
 def timed_transcript(
-    sound: np.ndarray,
-    transcript: str | PathLike | None = None,
-    text: str | None = None,
-    progress: Callable[[float], object] | None = None,
-    ways: TranscriptOptions | None = None,
-) -> TimedTranscript:
+    sound: np.ndarray, transcript: str | PathLike | None = None, text: str | None = None,
+    progress: Callable[[float], object] | None = None, ways: TranscriptOptions | None = None
+) -> TimedTranscript:  # fmt: skip
     """Return the timed words of a recording ``(n,)`` at 16 kHz.
 
     ``transcript`` is a file in one of the formats of :mod:`readers`; ``text`` is plain text itself. With neither there are no

@@ -108,14 +108,9 @@ def bone_motion(
 
 
 def _lids(
-    bones: Bones,
-    there: Named[str, int],
-    side: str,
-    axes: tuple[np.ndarray, np.ndarray],
-    shut: np.ndarray,
-    turns: dict[str, np.ndarray],
-    ways: dict[str, np.ndarray],
-) -> None:
+    bones: Bones, there: Named[str, int], side: str, axes: tuple[np.ndarray, np.ndarray], shut: np.ndarray,
+    turns: dict[str, np.ndarray], ways: dict[str, np.ndarray]
+) -> None:  # fmt: skip
     """Close an upper lid to the lower one by ``shut`` (frames,): rotate it if it starts in the eye, else slide it."""
     left, up = axes
     upper, lower, eye = (there.get(f"{side}_{part}") for part in ("upper_lid", "lower_lid", "eye"))
@@ -132,15 +127,9 @@ def _lids(
 
 
 def _mouth_and_brow(
-    side: str,
-    out: np.ndarray,
-    up: np.ndarray,
-    back: np.ndarray,
-    weights: np.ndarray,
-    wide: float,
-    there: Container[str],
-    ways: dict[str, np.ndarray],
-) -> None:
+    side: str, out: np.ndarray, up: np.ndarray, back: np.ndarray, weights: np.ndarray, wide: float, there: Container[str],
+    ways: dict[str, np.ndarray]
+) -> None:  # fmt: skip
     """Move lip corners in for rounded, out for spread vowels and up for a smile; raise brows. ``wide`` scales all."""
     if f"{side}_lip_corner" in there:
         round_lips = np.clip(sum(_of(weights, name) for name in ("OU", "OH", "CH")), 0, 1)[:, None]

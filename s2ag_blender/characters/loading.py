@@ -21,12 +21,9 @@ _CLAY = (0.42, 0.36, 0.31, 1)
 
 
 def load_character(
-    name: str,
-    gender: str = "female",
-    armature: str | None = None,
-    mapping: Mapping | None = None,
-    besides: Collection[bpy.types.Object] = (),
-) -> tuple[Character, bool]:
+    name: str, gender: str = "female", armature: str | None = None, mapping: Mapping | None = None,
+    besides: Collection[bpy.types.Object] = ()
+) -> tuple[Character, bool]:  # fmt: skip
     """Load the character called ``name``; return it and whether its scene is the user's own (a ``.blend``).
 
     ``name`` is ``human``, ``human:RIG``, ``mannequin`` or a file of :data:`FILES`; a ``.blend`` replaces the open file,

@@ -133,15 +133,9 @@ def _body(bones: _Bones) -> skinned_surface.Surface:
 
 
 def _limb(
-    head: np.ndarray,
-    tail: np.ndarray,
-    profile: _Profile,
-    roundness: float,
-    weights: np.ndarray,
-    slot: int = _BODY,
-    front: Sequence[float] | np.ndarray = (0, -1, 0),
-    fine: int = 28,
-) -> skinned_surface.Surface:
+    head: np.ndarray, tail: np.ndarray, profile: _Profile, roundness: float, weights: np.ndarray, slot: int = _BODY,
+    front: Sequence[float] | np.ndarray = (0, -1, 0), fine: int = 28
+) -> skinned_surface.Surface:  # fmt: skip
     """Return a tapered limb: elliptic rings of (share of the length, half width, half depth), rounded at both ends."""
     along = tail - head
     share = (1 - np.cos(np.linspace(0.02, np.pi - 0.02, 6 + fine // 2))) / 2

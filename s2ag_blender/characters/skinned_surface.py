@@ -191,13 +191,9 @@ def grid(points: np.ndarray, weights: np.ndarray, slot: int = 0, repeat: float =
 
 
 def to_object(
-    name: str,
-    surface: Surface,
-    bones: Sequence[str],
-    materials: Sequence[bpy.types.Material],
-    collection: bpy.types.Collection,
-    subdivisions: int = 0,
-) -> MeshObject:
+    name: str, surface: Surface, bones: Sequence[str], materials: Sequence[bpy.types.Material],
+    collection: bpy.types.Collection, subdivisions: int = 0
+) -> MeshObject:  # fmt: skip
     """Create a smooth-shaded mesh object with vertex groups named after ``bones``; ``subdivisions`` are applied."""
     corners = surface.faces.tolist()
     corners = [face[:3] if face[2] == face[3] else face for face in corners]

@@ -99,12 +99,9 @@ class WorkerClient:
     ``patience`` the seconds of silence after which a busy worker counts as hung, ``command`` replaces the whole command."""
 
     def __init__(
-        self,
-        python: str | os.PathLike | None = None,
-        log: Callable[[str], None] | None = None,
-        patience: float = PATIENCE,
-        command: list[str] | None = None,
-    ) -> None:
+        self, python: str | os.PathLike | None = None, log: Callable[[str], None] | None = None, patience: float = PATIENCE,
+        command: list[str] | None = None
+    ) -> None:  # fmt: skip
         self._python = python
         self._log = log
         self._patience = patience
@@ -157,12 +154,9 @@ class WorkerClient:
         return job
 
     def call(
-        self,
-        method: str,
-        params: dict | None = None,
-        progress: Callable[[str, float], None] | None = None,
-        timeout: float | None = None,
-    ) -> dict:
+        self, method: str, params: dict | None = None, progress: Callable[[str, float], None] | None = None,
+        timeout: float | None = None
+    ) -> dict:  # fmt: skip
         """Send a request, wait, and return its result or raise its error.
 
         ``progress(stage, value)`` is called with the worker's progress. ``timeout`` limits the seconds between messages, not

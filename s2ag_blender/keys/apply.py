@@ -29,18 +29,10 @@ def apply_motion(armature: ArmatureObject, motion: Motion, start_frame: int | No
 
 
 def apply_motion_in_slices(
-    armature: ArmatureObject,
-    motion: Motion,
-    start_frame: int | None = None,
-    *,
-    scene: bpy.types.Scene | None = None,
-    mapping: Mapping | dict | None = None,
-    options: Options | None = None,
-    step: int = 1,
-    strip: bool = False,
-    name: str = "",
-    report: Callable[[str], None] | None = None,
-) -> Generator[None, None, bpy.types.Action]:
+    armature: ArmatureObject, motion: Motion, start_frame: int | None = None, *, scene: bpy.types.Scene | None = None,
+    mapping: Mapping | dict | None = None, options: Options | None = None, step: int = 1, strip: bool = False, name: str = "",
+    report: Callable[[str], None] | None = None
+) -> Generator[None, None, bpy.types.Action]:  # fmt: skip
     """Key ``motion`` on the bones of ``armature`` and return the new action, yielding where Blender may draw.
 
     The first key is at ``start_frame`` (the scene's first frame), one every ``step`` frames at the scene's frame rate.
@@ -117,20 +109,10 @@ def solve_keys(armature: ArmatureObject, motion: Motion, start: float, **about: 
 
 
 def solve_keys_in_slices(
-    armature: ArmatureObject,
-    motion: Motion,
-    start: float,
-    *,
-    scene: bpy.types.Scene,
-    mapping: Mapping | dict | None = None,
-    options: Options | None = None,
-    step: int = 1,
-    first: float = -np.inf,
-    last: float = np.inf,
-    measured: int = 1,
-    report: Callable[[str], None] | None = None,
-    trunk: Callable[[], TrunkShape | None] | None = None,
-) -> Generator[None, None, Keys]:
+    armature: ArmatureObject, motion: Motion, start: float, *, scene: bpy.types.Scene, mapping: Mapping | dict | None = None,
+    options: Options | None = None, step: int = 1, first: float = -np.inf, last: float = np.inf, measured: int = 1,
+    report: Callable[[str], None] | None = None, trunk: Callable[[], TrunkShape | None] | None = None
+) -> Generator[None, None, Keys]:  # fmt: skip
     """Compute the keys for ``motion`` starting at frame ``start``, in slices; a rig's ``settings`` let it follow these keys.
 
     Only frames from ``first`` to ``last`` are computed. A control rig is measured at every ``measured``-th frame of the

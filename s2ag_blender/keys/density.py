@@ -77,13 +77,9 @@ def convert(armature: ArmatureObject, action: bpy.types.Action, tolerance: float
 
 
 def _thinner(
-    armature: ArmatureObject,
-    keyed: list[keyframes.Channels],
-    frames: np.ndarray,
-    fps: float,
-    tolerance: float,
-    stood: Collection[str],
-) -> key_reduction.KeyReducer:
+    armature: ArmatureObject, keyed: list[keyframes.Channels], frames: np.ndarray, fps: float, tolerance: float,
+    stood: Collection[str]
+) -> key_reduction.KeyReducer:  # fmt: skip
     bones = reading.read(armature)
     turns = {one.bone: _rotations(armature.pose.bones[one.bone], one, len(frames)) for one in keyed if "rotation" in one.path}
     mapping, _ = reading.survey(armature)

@@ -29,14 +29,9 @@ _FADE_SECONDS = 0.2
 
 
 def bone_channels(
-    armature: ArmatureObject,
-    face: Face,
-    start: float,
-    frames: np.ndarray,
-    fps: float,
-    mapping: Mapping,
-    seen: np.ndarray | None = None,
-) -> list[keyframes.Channels]:
+    armature: ArmatureObject, face: Face, start: float, frames: np.ndarray, fps: float, mapping: Mapping,
+    seen: np.ndarray | None = None
+) -> list[keyframes.Channels]:  # fmt: skip
     """Return the channels of the facial bones for ``face``, which begins at frame ``start``, weighted by ``seen`` (n,)."""
     parts = face_lookup.find(armature, mapping)
     if parts is None or not parts.bones:
@@ -55,15 +50,9 @@ def end_fade(frames: np.ndarray, fps: float) -> np.ndarray:
 
 
 def key_face(
-    armature: ArmatureObject,
-    action: bpy.types.Action,
-    face: Face,
-    start: float,
-    frames: np.ndarray,
-    fps: float,
-    tell: Callable[[str], None],
-    seen: np.ndarray | None = None,
-) -> bool:
+    armature: ArmatureObject, action: bpy.types.Action, face: Face, start: float, frames: np.ndarray, fps: float,
+    tell: Callable[[str], None], seen: np.ndarray | None = None
+) -> bool:  # fmt: skip
     """Key ``face``, which begins at frame ``start``, at the scene's ``frames`` (n,); return whether there are shape keys.
 
     ``action`` is the body's; nothing is assigned yet (:func:`show`). A sentence about parts that the face cannot show goes to

@@ -74,14 +74,9 @@ class KeyReducer:
     """Chooses keys for a motion by the beats of whole limbs, so that the bones of a limb are keyed together."""
 
     def __init__(
-        self,
-        rotations: dict[str, np.ndarray],
-        limbs: dict[str, str],
-        frames: np.ndarray,
-        fps: float,
-        tolerance: float,
-        stood: Collection[str] = (),
-    ) -> None:
+        self, rotations: dict[str, np.ndarray], limbs: dict[str, str], frames: np.ndarray, fps: float, tolerance: float,
+        stood: Collection[str] = ()
+    ) -> None:  # fmt: skip
         """Find the beats of ``rotations`` ``{bone: (keys, 4)}`` at ``frames`` (keys,), ``fps`` per second; ``limbs`` by bone.
 
         ``tolerance`` is in radians; bones ``stood``, which together keep feet in place, have :data:`STANDING` at most."""

@@ -68,14 +68,9 @@ def place_channels(bone: bpy.types.PoseBone, places: np.ndarray) -> Channels:
 
 
 def write_action(
-    name: str,
-    armature: ArmatureObject,
-    rotations: dict[str, np.ndarray],
-    frames: np.ndarray,
-    interpolation: str = "LINEAR",
-    settings: dict[str, float] | None = None,
-    places: dict[str, np.ndarray] | None = None,
-) -> Generator[None, None, tuple[bpy.types.Action, Slot | None]]:
+    name: str, armature: ArmatureObject, rotations: dict[str, np.ndarray], frames: np.ndarray, interpolation: str = "LINEAR",
+    settings: dict[str, float] | None = None, places: dict[str, np.ndarray] | None = None
+) -> Generator[None, None, tuple[bpy.types.Action, Slot | None]]:  # fmt: skip
     """Create an action (and its slot) with ``rotations`` ``{bone: (frames, 4)}`` keyed at scene ``frames`` ``(frames,)``, in
     slices; none is left if that is broken off.
 
@@ -103,13 +98,9 @@ def setting_channels(settings: dict[str, float]) -> list[Channels]:
 
 
 def write_channels(
-    bag: Bag,
-    keyed: list[Channels],
-    frames: np.ndarray,
-    interpolation: str = "LINEAR",
-    thinner: KeyReducer | None = None,
-    cut: Collection[tuple[str, int]] = (),
-) -> None:
+    bag: Bag, keyed: list[Channels], frames: np.ndarray, interpolation: str = "LINEAR", thinner: KeyReducer | None = None,
+    cut: Collection[tuple[str, int]] = ()
+) -> None:  # fmt: skip
     """Write channels at scene ``frames``, replacing the keys of existing curves from the first to the last of them.
 
     Values of one row are keyed on the first frame only. ``thinner`` chooses which keys to keep. Curves in ``cut`` (path,

@@ -41,12 +41,9 @@ def is_shown(armature: ArmatureObject) -> bool:
 
 
 def show_test_pose(
-    armature: ArmatureObject,
-    scene: bpy.types.Scene,
-    mapping: Mapping | dict | None = None,
-    options: Options | None = None,
-    report: Callable[[str], None] | None = None,
-) -> None:
+    armature: ArmatureObject, scene: bpy.types.Scene, mapping: Mapping | dict | None = None, options: Options | None = None,
+    report: Callable[[str], None] | None = None
+) -> None:  # fmt: skip
     """Put the character into the test pose, until :func:`end_test_pose`. Raises :class:`RigUnusable`."""
     end_test_pose(armature)
     motion = Motion(np.repeat(_directions()[None], 2, 0))

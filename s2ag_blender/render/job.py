@@ -173,15 +173,9 @@ def _key_motions(
 
 
 def _write(
-    job: Job,
-    scene: bpy.types.Scene,
-    character: Character,
-    path: Path,
-    span: tuple[int, int],
-    sounds: Sequence[bpy.types.Sound],
-    motion: Motion,
-    voice: program.EventWriter,
-) -> None:
+    job: Job, scene: bpy.types.Scene, character: Character, path: Path, span: tuple[int, int],
+    sounds: Sequence[bpy.types.Sound], motion: Motion, voice: program.EventWriter
+) -> None:  # fmt: skip
     """Write one output file by its suffix, limited to the frames ``span``; stills show the best frame of ``motion``."""
     from . import export, render
 

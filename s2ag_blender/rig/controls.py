@@ -49,18 +49,10 @@ class Take:
 
 
 def solve_in_slices(
-    armature: ArmatureObject,
-    bones: Bones,
-    mapping: Mapping,
-    motion: Take,
-    keys: Take,
-    *,
-    scene: bpy.types.Scene,
-    ask: Callable[..., Goals],
-    values: dict[str, float] | None = None,
-    hands: Collection[str] = (),
-    tell: Callable[[str], None] = print,
-) -> Generator[None, None, dict[str, np.ndarray]]:
+    armature: ArmatureObject, bones: Bones, mapping: Mapping, motion: Take, keys: Take, *, scene: bpy.types.Scene,
+    ask: Callable[..., Goals], values: dict[str, float] | None = None, hands: Collection[str] = (),
+    tell: Callable[[str], None] = print
+) -> Generator[None, None, dict[str, np.ndarray]]:  # fmt: skip
     """Solve rotations ``{bone: (keys, 4)}``: measured at the frames of ``motion``, transferred to those of ``keys``; in slices.
 
     ``ask(bones, take, clear=False)`` returns the goals of a take; ``values`` are property values that the rig will have;
@@ -198,14 +190,9 @@ class Solver:
         return sentences
 
     def _step(
-        self,
-        walk: Walk,
-        basis: np.ndarray,
-        turned: np.ndarray,
-        segments: _Rotations | list[None],
-        tilt: np.ndarray,
-        ease: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:
+        self, walk: Walk, basis: np.ndarray, turned: np.ndarray, segments: _Rotations | list[None], tilt: np.ndarray,
+        ease: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Return rotations (controls, frames, 4) that should reach the goals, given that ``basis`` led to D ``turned``.
 
         Also return the angles (controls, frames) from ``basis`` to the goals. ``segments`` are directions from heads to the

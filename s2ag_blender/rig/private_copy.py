@@ -105,12 +105,9 @@ def rotations_without_scale(matrices: np.ndarray) -> np.ndarray:
 
 @contextlib.contextmanager
 def rig_copy(
-    armature: ArmatureObject,
-    scene: bpy.types.Scene,
-    bones: Sequence[str],
-    values: dict[str, float] | None = None,
-    frame: float | None = None,
-) -> Iterator[RigCopy]:
+    armature: ArmatureObject, scene: bpy.types.Scene, bones: Sequence[str], values: dict[str, float] | None = None,
+    frame: float | None = None
+) -> Iterator[RigCopy]:  # fmt: skip
     """Yield a :class:`RigCopy` for ``armature`` on which ``bones`` can be measured; remove it and its data afterwards.
 
     ``values`` are property values to set on the copy, by data path from the object; ``frame`` is the scene frame at which it

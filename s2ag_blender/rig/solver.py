@@ -36,17 +36,9 @@ class Solution:
 
 
 def solve_in_slices(
-    armature: ArmatureObject,
-    bones: Bones,
-    mapping: Mapping,
-    motion: Take,
-    keys: Take,
-    *,
-    scene: bpy.types.Scene,
-    options: Options | None = None,
-    tell: Callable[[str], None],
-    trunk: TrunkShape | None,
-) -> Generator[None, None, Solution]:
+    armature: ArmatureObject, bones: Bones, mapping: Mapping, motion: Take, keys: Take, *, scene: bpy.types.Scene,
+    options: Options | None = None, tell: Callable[[str], None], trunk: TrunkShape | None
+) -> Generator[None, None, Solution]:  # fmt: skip
     """Solve the rotations of the mapped bones at ``keys``, by the solver that the rig needs; a generator that works in slices.
 
     For a plain rig only the first slice reads from Blender. ``motion`` and ``keys`` are the same motion, at its own frames

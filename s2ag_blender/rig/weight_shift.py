@@ -49,15 +49,9 @@ def find_legs(
 
 
 def hip_locations(
-    armature: ArmatureObject,
-    bones: Bones,
-    mapping: Mapping,
-    frame: np.ndarray,
-    pelvis: Pelvis,
-    *,
-    scene: bpy.types.Scene,
-    values: dict[str, float],
-) -> dict[str, np.ndarray]:
+    armature: ArmatureObject, bones: Bones, mapping: Mapping, frame: np.ndarray, pelvis: Pelvis, *, scene: bpy.types.Scene,
+    values: dict[str, float]
+) -> dict[str, np.ndarray]:  # fmt: skip
     """Return locations ``{bone: (frames, 3)}`` of the hips of a rig that keeps its feet in place itself; {} if it does not.
 
     ``frame`` (3, 3) is the character's left, back and up; ``values`` are the property values that the rig will have."""

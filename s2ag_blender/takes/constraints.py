@@ -71,14 +71,9 @@ def pose_edits(
 
 
 def place_edit(
-    armature: ArmatureObject,
-    action: bpy.types.Action,
-    scene: bpy.types.Scene,
-    span: tuple[int, int],
-    hand: str,
-    target: bpy.types.Object,
-    pointing: bool,
-) -> tuple[list[dict], list[dict]]:
+    armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int], hand: str,
+    target: bpy.types.Object, pointing: bool
+) -> tuple[list[dict], list[dict]]:  # fmt: skip
     """Return the edit that keeps a hand at an object, or pointing at it, on the frames of ``span``, and its constraint.
 
     Raises :class:`UsageError` if the arm cannot reach it."""
@@ -112,12 +107,9 @@ def pins_of(action: bpy.types.Action) -> list[dict[str, Any]]:
 
 
 def reapply_pins(
-    former: bpy.types.Action,
-    action: bpy.types.Action,
-    scene: bpy.types.Scene,
-    more: list[dict],
-    others: Sequence[bpy.types.Action] = (),
-) -> None:
+    former: bpy.types.Action, action: bpy.types.Action, scene: bpy.types.Scene, more: list[dict],
+    others: Sequence[bpy.types.Action] = ()
+) -> None:  # fmt: skip
     """Apply the constraints of the ``former`` version of a take to the new one, and ``more`` constraints on the former.
 
     Those whose edits are off are stored and not applied; ones that are on again are as in the first of the ``others``, versions
@@ -199,13 +191,9 @@ def _arm(armature: ArmatureObject, bones: Bones, mapping: Mapping, hand: str) ->
 
 
 def _reach_vector(
-    armature: ArmatureObject,
-    shoulder: np.ndarray,
-    elbow: np.ndarray,
-    wrist: np.ndarray,
-    target: bpy.types.Object,
-    pointing: bool,
-) -> tuple[np.ndarray, float]:
+    armature: ArmatureObject, shoulder: np.ndarray, elbow: np.ndarray, wrist: np.ndarray, target: bpy.types.Object,
+    pointing: bool
+) -> tuple[np.ndarray, float]:  # fmt: skip
     """Return the vector (3,) from the shoulder to the wrist's goal in armature space, and the arm's reach."""
     length = float(np.linalg.norm(elbow - shoulder) + np.linalg.norm(wrist - elbow))
     evaluated = target.evaluated_get(bpy.context.evaluated_depsgraph_get())
@@ -216,14 +204,9 @@ def _reach_vector(
 
 
 def _solve(
-    armature: ArmatureObject,
-    bones: Bones,
-    mapping: Mapping,
-    pin: dict[str, Any],
-    target: bpy.types.Object,
-    scene: bpy.types.Scene,
-    frame: float,
-) -> tuple[float, dict[str, np.ndarray]]:
+    armature: ArmatureObject, bones: Bones, mapping: Mapping, pin: dict[str, Any], target: bpy.types.Object,
+    scene: bpy.types.Scene, frame: float
+) -> tuple[float, dict[str, np.ndarray]]:  # fmt: skip
     """Return a wrist's distance from its goal in metres at a frame, and local rotations (4,) of the arm that reach it."""
     scene.frame_set(int(np.floor(frame)), subframe=frame % 1.0)
     shoulder, elbow, wrist = _arm(armature, bones, mapping, pin["hand"])

@@ -47,19 +47,11 @@ from .plans import Handle, Outcome, Plan
 
 
 def plan(
-    context: Context,
-    armature: ArmatureObject,
-    draft: bool = False,
-    kept: dict | None = None,
-    keyed_pose: dict[str, list] | None = None,
-    around: list | None = None,
-    former: bpy.types.Action | None = None,
-    pins: list | None = None,
-    like: bpy.types.Action | None = None,
-    span: tuple[int, int] | None = None,
-    count: int | None = None,
-    **changes: Any,
-) -> Plan:
+    context: Context, armature: ArmatureObject, draft: bool = False, kept: dict | None = None,
+    keyed_pose: dict[str, list] | None = None, around: list | None = None, former: bpy.types.Action | None = None,
+    pins: list | None = None, like: bpy.types.Action | None = None, span: tuple[int, int] | None = None,
+    count: int | None = None, **changes: Any
+) -> Plan:  # fmt: skip
     """Read a character's settings and pose; ``changes`` are passed to the engine (``styles``, ``near`` and so on).
 
     ``kept`` are settings of an earlier take (:func:`stored_settings.snapshot`) to use instead of the current ones,

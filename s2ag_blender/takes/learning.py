@@ -63,14 +63,9 @@ def capture(
 
 
 def save_take(
-    armature: ArmatureObject,
-    folder: str | Path,
-    sound: str,
-    transcript: str = "",
-    name: str = "",
-    text: str = "",
-    **frames: Any,
-) -> Path:
+    armature: ArmatureObject, folder: str | Path, sound: str, transcript: str = "", name: str = "", text: str = "",
+    **frames: Any
+) -> Path:  # fmt: skip
     """Write the animation, its sound and its words to ``folder`` under one name, as ``s2ag data plain`` reads them.
 
     The sound starts at the first frame. Words are the file ``transcript`` or the ``text`` itself; ``frames`` are further

@@ -8,13 +8,9 @@ from ..keys.apply import scene_fps
 
 
 def add(
-    scene: bpy.types.Scene,
-    words: Iterable[tuple[str, float, float]],
-    start: float,
-    prefix: str,
-    first: int,
-    last: int | None = None,
-) -> int:
+    scene: bpy.types.Scene, words: Iterable[tuple[str, float, float]], start: float, prefix: str, first: int,
+    last: int | None = None
+) -> int:  # fmt: skip
     """Mark the words ``(word, start, end)`` (seconds) of a recording that begins at frame ``start``; return their number.
 
     Only frames from ``first`` to ``last`` are marked. Markers with this prefix in that range are replaced."""

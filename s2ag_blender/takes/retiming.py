@@ -174,12 +174,9 @@ def _frame_map(old: timing.Clock, start: float, fps: float, way: TimeMap | None)
 
 
 def _move_markers(
-    armature: ArmatureObject,
-    scene: bpy.types.Scene,
-    place: layers.Place,
-    where: Callable[[Any], Any],
-    span: tuple[int, int] | None,
-) -> None:
+    armature: ArmatureObject, scene: bpy.types.Scene, place: layers.Place, where: Callable[[Any], Any],
+    span: tuple[int, int] | None
+) -> None:  # fmt: skip
     """Move the word markers within ``place`` by ``where``, and remove those outside of ``span``."""
     for marker in markers.ours(scene, armature.s2ag.marker_prefix):
         if place.first <= marker.frame <= place.last:
@@ -189,13 +186,9 @@ def _move_markers(
 
 
 def _retime(
-    action: bpy.types.Action,
-    scene: bpy.types.Scene,
-    where: Callable[[Any], Any],
-    way: TimeMap | None,
-    strip: SoundStrip,
-    span: tuple[int, int] | None,
-) -> None:
+    action: bpy.types.Action, scene: bpy.types.Scene, where: Callable[[Any], Any], way: TimeMap | None, strip: SoundStrip,
+    span: tuple[int, int] | None
+) -> None:  # fmt: skip
     """Move keys, provenance and pose markers of an action by ``where``, and cut it to ``span``."""
     origin = provenance.require(action)
     place = {name: round(float(where(origin["place"][name]))) for name in ("first", "last")}

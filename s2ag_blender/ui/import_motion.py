@@ -18,12 +18,9 @@ from .bone_maps import OfCharacter
 
 
 def apply_motion_file(
-    armature: ArmatureObject,
-    path: str | Path,
-    start: int | None = None,
-    mirror: bool = False,
-    report: Callable[[str], None] | None = None,
-) -> bpy.types.Action:
+    armature: ArmatureObject, path: str | Path, start: int | None = None, mirror: bool = False,
+    report: Callable[[str], None] | None = None
+) -> bpy.types.Action:  # fmt: skip
     """Key a motion file on ``armature`` from frame ``start`` (None: the scene's first) with its settings; return the action.
 
     ``report`` is called with each warning. Raises :class:`S2agError` before anything is changed."""

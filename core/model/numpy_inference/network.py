@@ -119,13 +119,9 @@ class NumpyNetwork:
         return [denoiser.told(part, requests) for denoiser, part in zip(self._denoisers, heard, strict=True)]
 
     def draw(
-        self,
-        heard: list[list[np.ndarray]],
-        style: np.ndarray,
-        seeds: np.ndarray,
-        noise: np.ndarray,
-        begins: Callable[[], None] = lambda: None,
-    ) -> tuple[np.ndarray, np.ndarray]:
+        self, heard: list[list[np.ndarray]], style: np.ndarray, seeds: np.ndarray, noise: np.ndarray,
+        begins: Callable[[], None] = lambda: None
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Sample unit directions ``(T, 9, 3)`` and extras ``(T, extras)`` from ``noise`` ``(T, noise_size)``.
 
         ``style`` is ``(size,)`` or ``(T, size)``. ``seeds`` ``(T, noise_size + 1)``: mean-subtracted frames where given and
@@ -194,14 +190,9 @@ class NumpyNetwork:
 
 
 def _integrate(
-    denoiser: Denoiser,
-    times: list[float],
-    moments: Sequence[TimeModulation],
-    conditions: Conditions,
-    start: np.ndarray,
-    mask: np.ndarray,
-    begins: Callable[[], None],
-) -> np.ndarray:
+    denoiser: Denoiser, times: list[float], moments: Sequence[TimeModulation], conditions: Conditions, start: np.ndarray,
+    mask: np.ndarray, begins: Callable[[], None]
+) -> np.ndarray:  # fmt: skip
     """Integrate the flow from ``start`` ``(T, n)``; frames where ``mask`` ``(T, 1)`` is 1 stay unchanged."""
     upcoming = iter(moments)
 

@@ -41,13 +41,9 @@ class LongAligner:
     ``tell`` is called with the time reached so far."""
 
     def __init__(
-        self,
-        searcher: Searcher,
-        words: list[str],
-        start: float,
-        end: float,
-        tell: Callable[[float], object] = lambda time: None,
-    ):
+        self, searcher: Searcher, words: list[str], start: float, end: float,
+        tell: Callable[[float], object] = lambda time: None
+    ):  # fmt: skip
         self._searcher, self._words, self._end, self._tell = searcher, words, end, tell
         self._time, self._word, self._look_from = start, 0, start
         self._patience = _PATIENCE[0]
