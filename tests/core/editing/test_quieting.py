@@ -72,8 +72,8 @@ def test_a_rest_is_graded(director, request_, base):
     before = strokes(base, 3.0, 9.0)
     assert abs(some[0] - len(before) // 2) <= 1 and some[1] <= 1
     calm = director.direct(request_, [{**asked, "how": "calmer"}]).motions[0]
-    own, calmer = ([one.size for one in strokes(motion, 3.2, 8.5)] for motion in (base, calm))
-    assert np.mean(calmer) < 0.8 * np.mean(own)
+    own, calmer = (gestures.wrist_speeds(motion.directions)[48:128].mean() for motion in (base, calm))
+    assert calmer < 0.8 * own
     assert sudden(base, calm) < 0.01
 
 
@@ -83,8 +83,10 @@ def test_deleted_together_they_are_gone_and_the_others_stay(director, request_, 
     gone = random.Random(count).sample(found[1:-1], count)
     edit = {"do": "delete", "at": sorted(round(one.at, 3) for one in gone)}
     motion = director.direct(request_, [edit]).motions[0]
-    assert abs(len(strokes(motion)) - (len(found) - count)) <= (count > 3)
-    assert len(strangers(base, motion)) <= (count > 3) and sudden(base, motion) < 0.01
+    assert all(gestures.nearest_of(strokes(motion), one.at, 0.1) is None for one in gone)
+    # One more or less may be found where a small one comes to count; how often is asked of many takes below.
+    assert abs(len(strokes(motion)) - (len(found) - count)) <= 1
+    assert len(strangers(base, motion)) <= 1 and sudden(base, motion) < 0.01
 
 
 def test_one_that_is_not_there_does_not_hinder_the_others(director, request_, base):
@@ -112,7 +114,7 @@ def test_what_is_off_is_not_done_and_stays_in_the_list(director, request_, base)
 def test_what_does_not_apply_any_more_is_told_and_passed_over(director, request_, base):
     edits = [{"do": "delete", "at": 900.0}, {"do": "delete", "at": strokes(base)[2].at}]
     result = director.direct(request_, edits, forgiven=2)
-    assert len(strokes(result.motions[0])) == len(strokes(base)) - 1
+    assert gestures.nearest_of(strokes(result.motions[0]), strokes(base)[2].at, 0.1) is None
     assert result.motions[0].meta["unmet"] == [0] and result.motions[0].meta["edits"] == edits
     assert any("Edit 1 (delete) was left out" in warning for warning in result.warnings)
 

@@ -106,18 +106,22 @@ def test_audio_alone_still_gestures(session, examples):
 
 
 def test_seams_cannot_be_seen(session, long_speech):
-    """At the joins of windows the fastest edge is no faster than elsewhere, and acceleration is in the clip's range."""
+    """At the joins of windows the fastest edge is no faster than elsewhere, and acceleration is in the clip's range.
+
+    Joins are a tenth of a take: that the fastest moment of one lies there says nothing, but of several."""
     from s2ag.core.model import windows
 
-    directions = session.synthesize(Request(long_speech)).motions[0].directions
-    window, seeds = session.checkpoint.window
-    joins = windows.window_starts(len(directions), window, seeds)[1:]
-    assert len(joins) >= 3
-    near = np.unique([join + offset for join in joins for offset in range(-1, seeds + 1)])
-    speed, jolt = speeds(directions).max(1), np.abs(np.diff(directions, 2, axis=0)).max((1, 2))
-    away = np.setdiff1d(np.arange(len(jolt)), near)
-    assert speed[near].max() <= speed[away].max() * 1.05
-    assert jolt[near].max() <= jolt[away].max() * 1.05
+    ratios = []
+    for seed in range(5):
+        directions = session.synthesize(Request(long_speech, seed=seed)).motions[0].directions
+        window, seeds = session.checkpoint.window
+        joins = windows.window_starts(len(directions), window, seeds)[1:]
+        assert len(joins) >= 3
+        near = np.unique([join + offset for join in joins for offset in range(-1, seeds + 1)])
+        speed, jolt = speeds(directions).max(1), np.abs(np.diff(directions, 2, axis=0)).max((1, 2))
+        away = np.setdiff1d(np.arange(len(jolt)), near)
+        ratios.append([track[near].max() / track[away].max() for track in (speed, jolt)])
+    assert np.all(np.median(ratios, axis=0) <= 1.05), ratios
 
 
 def test_hands_rest_in_silence_and_are_never_frozen(session, long_speech, examples):
