@@ -28,16 +28,17 @@ TILE = 8192
 def sample(
     network: Any, inputs: Inputs, cast: Sequence[StyleSequence], asked: Sequence[np.ndarray | None], frames: int,
     progress: Callable[[float], None] = lambda value: None, cancelled: Callable[[], bool] = lambda: False, tile: int = TILE,
-    lively: np.ndarray | None = None, tempo: TimeWarp | None = None
+    lively: Sequence[np.ndarray] | None = None, tempo: TimeWarp | None = None
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Draw directions ``(takes, frames, 9, 3)`` float32 of all takes of the ``cast``, and the extra channels of their frames
     ``(takes, frames, extras)``.
 
     ``network`` is a :class:`NumpyNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
     ``asked`` ``(takes, frames, 7)`` are the strokes asked of each performer's takes (:mod:`stroke_requests`), None for none.
-    Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` ``(frames,)`` scales the
-    noise of each frame: below 1 it is nearer to what is usual. ``tempo`` warps time; all else is in frames of the recording."""
-    plans = [_Plan(network, one, wishes, frames, tile, lively, tempo) for one, wishes in zip(cast, asked, strict=True)]
+    Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` has for each
+    performer ``(frames,)`` that scale the noise: below 1 it is nearer to what is usual. ``tempo`` warps time; all else is in frames of the recording."""
+    scales = [None] * len(cast) if lively is None else lively
+    plans = [_Plan(network, *each, frames, tile, tempo) for each in zip(cast, asked, scales, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
     steps = max(network.config.flow_steps * drawings, 1)
     done, asking = itertools.count(), threading.get_ident()
@@ -59,7 +60,7 @@ def sample(
 class _Plan:
     """The inputs of one request's drawing, in the performance's time, and its tiles."""
 
-    def __init__(self, network, performers: StyleSequence, asked: np.ndarray | None, frames: int, tile: int, lively, tempo):
+    def __init__(self, network, performers: StyleSequence, asked: np.ndarray | None, lively, frames: int, tile: int, tempo):
         self.network, self.performers, self.asked, self.tempo = network, performers, asked, tempo
         self.kept = self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.varies else 1)

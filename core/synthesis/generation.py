@@ -13,6 +13,8 @@ from .style_sequence import StyleSequence
 
 _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
+_CALMER = 0.3
+"""... and by this share at an arousal of -1: chance has most of the arms' movement, and calm bodies are to have little."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -45,8 +47,10 @@ def generate(
         calm, poses = map(rest.remove_jitter, made), (one.rest(heard.frames) for one in cast for _ in one.latents)
         whole = [amplitude.restore_amplitude(next(calm), checkpoint.gain, pose) for pose in poses]
         return GeneratedTakes(np.stack(whole), (None,) * len(whole))
-    asked = [_asked_strokes(checkpoint, heard, one) for one in cast]
-    settings = {"lively": _noise_scale(heard.activity), "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
+    wishes = [_controls(heard, one) for one in cast]
+    asked = [_asked_strokes(checkpoint, heard, one, controls) for one, controls in zip(cast, wishes, strict=True)]
+    lively = [_noise_scale(heard.activity, controls["arousal"]) for controls in wishes]
+    settings = {"lively": lively, "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
     inputs = heard.features.slice
     drawn, extras = flow_sampling.sample(checkpoint.network, inputs, cast, asked, heard.frames, progress, cancelled, **settings)
     kept = [one.given(heard.frames).frames for one in cast for _ in one.latents]
@@ -64,15 +68,22 @@ def _calmed(calm: Callable, made: np.ndarray, kept: np.ndarray) -> np.ndarray:
     return result
 
 
-def _asked_strokes(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | None:
+def _controls(heard: SpeechFeatures, performers: StyleSequence) -> dict[str, np.ndarray]:
+    """Return the controls of :data:`accent_selection.CONTROLS` at every frame, with the affect that is heard."""
+    request, frames = performers.request, heard.frames
+    controls = {name: curves.sample(request, name, frames) for name in accent_selection.CONTROLS}
+    follows = curves.following(request, heard.affect, frames) or {}
+    return {name: np.clip(value + follows[name], -1, 1) if name in follows else value for name, value in controls.items()}
+
+
+def _asked_strokes(
+    checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, controls: dict[str, np.ndarray]
+) -> np.ndarray | None:
     """Return the strokes that each take is asked for ``(takes, frames, 7)``: those of marks in the words, then accents that
     its taste answers."""
     frames, request = heard.frames, performers.request
     if not checkpoint.meanings:
         return None
-    controls = {name: curves.sample(request, name, frames) for name in accent_selection.CONTROLS}
-    if follows := curves.following(request, heard.affect, frames):
-        controls = {name: np.clip(value + follows.get(name, 0), -1, 1) for name, value in controls.items()}
     written = stroke_conditions.stroke_channels(heard.wishes, heard.words, checkpoint.meanings, frames, controls["hand"])
     tastes = _tastes(heard, performers)
     if tastes is None or heard.rhythm is None:
@@ -90,9 +101,11 @@ def _tastes(heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | No
     return performers.taste(heard.frames) if heard.rhythm is not None and heard.rhythm.accents else None
 
 
-def _noise_scale(activity: np.ndarray) -> np.ndarray:
-    """Return the scale of the noise ``(frames,)``: smaller in silence, as people's waiting hands are less various."""
-    return 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
+def _noise_scale(activity: np.ndarray, arousal: np.ndarray) -> np.ndarray:
+    """Return the scale of the noise ``(frames,)``: smaller in silence, as people's waiting hands are less various, and where
+    ``arousal``, a number or ``(frames,)``, is low."""
+    quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
+    return quiet * (1 + _CALMER * np.minimum(arousal, 0))
 
 
 def cache_key(checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequence]) -> tuple:

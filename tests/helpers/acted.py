@@ -4,6 +4,7 @@ import time
 
 import bpy
 import numpy as np
+from s2ag.rigs import slices
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.keys import keyframes
 from s2ag.s2ag_blender.takes import generate, preview, take_list
@@ -81,7 +82,7 @@ def animate(armature, bones, frames=(1, 40), turn=0.4, name="walk"):
     for bone in bones:
         half = np.linspace(0, turn, len(frames)) / 2
         rotations[bone] = np.stack([np.cos(half), np.sin(half), 0 * half, 0 * half], -1)
-    action, slot = keyframes.write_action(name, armature, rotations, np.array(frames))
+    action, slot = slices.run_to_end(keyframes.write_action(name, armature, rotations, np.array(frames)))
     compat.assign_action(armature, action, slot)
     return action
 
