@@ -111,7 +111,7 @@ def run(options: argparse.Namespace) -> int:
     if options.jobs < 1:
         raise UsageError(f"--jobs is {options.jobs}.", "Set it to 1 or more.")
     setting = _setting(options, SETTINGS[options.setting])
-    runner = bench.Runner(options.out, options.data, setting, options.device, note, parse_kinds(options.log))
+    runner = bench.Runner(options.out, str(options.data), setting, options.device, note, parse_kinds(options.log))
     if options.contextual:
         runner.use_contextual(options.contextual)
     if not options.systems:

@@ -35,11 +35,11 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError(f"{options.output} is no .npz.", "Name the motion OUT.npz; s2ag animate writes other formats of it.")
     check_output(options.output)
     estimator.python()  # raise errors now
-    *words, heard = words_from(options)
+    file, text, heard = words_from(options)
     ways = TranscriptOptions(Cache(default_folder()), recognise=heard)
     with Progress() as progress:
         try:
-            made = motion.capture(options.audio, options.output, options.person, (words[0], words[1]), ways, progress)
+            made = motion.capture(options.audio, options.output, options.person, (file, text), ways, progress)
         except KeyboardInterrupt:
             note("Stopped; the same command goes on from here.")
             raise

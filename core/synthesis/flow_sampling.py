@@ -35,8 +35,9 @@ def sample(
 
     ``network`` is a :class:`NumpyNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
     ``asked`` ``(takes, frames, 7)`` are the strokes asked of each performer's takes (:mod:`stroke_requests`), None for none.
-    Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` has for each
-    performer ``(frames,)`` that scale the noise: below 1 it is nearer to what is usual. ``tempo`` warps time; all else is in frames of the recording."""
+    Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` has for each performer
+    ``(frames,)`` that scale the noise: below 1 a frame is nearer to what is usual. ``tempo`` warps time; all else is in frames
+    of the recording."""
     scales = [None] * len(cast) if lively is None else lively
     plans = [_Plan(network, *each, frames, tile, tempo) for each in zip(cast, asked, scales, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)

@@ -68,16 +68,18 @@ def _calmed(calm: Callable, made: np.ndarray, kept: np.ndarray) -> np.ndarray:
     return result
 
 
-def _controls(heard: SpeechFeatures, performers: StyleSequence) -> dict[str, np.ndarray]:
+def _controls(heard: SpeechFeatures, performers: StyleSequence) -> dict[str, np.ndarray | float]:
     """Return the controls of :data:`accent_selection.CONTROLS` at every frame, with the affect that is heard."""
     request, frames = performers.request, heard.frames
     controls = {name: curves.sample(request, name, frames) for name in accent_selection.CONTROLS}
-    follows = curves.following(request, heard.affect, frames) or {}
-    return {name: np.clip(value + follows[name], -1, 1) if name in follows else value for name, value in controls.items()}
+    for name, track in curves.following(request, heard.affect, frames).items():
+        if name in controls:
+            controls[name] = np.clip(controls[name] + track, -1, 1)
+    return controls
 
 
 def _asked_strokes(
-    checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, controls: dict[str, np.ndarray]
+    checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, controls: dict[str, np.ndarray | float]
 ) -> np.ndarray | None:
     """Return the strokes that each take is asked for ``(takes, frames, 7)``: those of marks in the words, then accents that
     its taste answers."""
@@ -101,7 +103,7 @@ def _tastes(heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | No
     return performers.taste(heard.frames) if heard.rhythm is not None and heard.rhythm.accents else None
 
 
-def _noise_scale(activity: np.ndarray, arousal: np.ndarray) -> np.ndarray:
+def _noise_scale(activity: np.ndarray, arousal: np.ndarray | float) -> np.ndarray:
     """Return the scale of the noise ``(frames,)``: smaller in silence, as people's waiting hands are less various, and where
     ``arousal``, a number or ``(frames,)``, is low."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
