@@ -85,10 +85,10 @@ def find_any_hand(bones: Bones, mapping: Mapping, side: str, usable: np.ndarray 
 
 def _hand_rows(bones: Bones, mapping: Mapping, side: str) -> list[int]:
     """Return the row of the mapped hand, followed by those of other bones that start at the same point."""
-    chain = mapping.chains.get(f"{side}_hand")
-    if not chain:
+    chain, forearm = (mapping.chains.get(f"{side}_{part}", ()) for part in ("hand", "forearm"))
+    if not {*chain[-1:], *forearm[:1]} <= set(bones.names) or not (chain and forearm):
         return []
-    hand, elbow = bones.row(chain[-1]), bones.row(mapping.chains[f"{side}_forearm"][0])
+    hand, elbow = bones.row(chain[-1]), bones.row(forearm[0])
     heads = bones.heads
     near = 0.02 * np.linalg.norm(heads[hand] - heads[elbow])
     others = np.flatnonzero(np.linalg.norm(heads - heads[hand], axis=-1) < near)

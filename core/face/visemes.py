@@ -89,6 +89,7 @@ def lip_closures(sounds: Sequence[Phone]) -> np.ndarray:
 def _segments(sounds: Sequence[Phone], duration: float) -> list[tuple]:
     """Return ``(target, start, end, pull, roundness)`` of phones, of both halves of diphthongs, and of pauses."""
     result, now = [], 0.0
+    sounds = sounds[:: max(int(len(sounds) / (duration * RATE + 1)), 1)]  # of more than frames, some
     for phone, start, end in [*sounds, ("", duration, duration)]:
         if start - now > _MIN_PAUSE_SECONDS:
             result.append((np.zeros(len(VISEMES)), now + 0.03, start - 0.03, _REST_PULL, 1.0))

@@ -240,7 +240,8 @@ class S2AG_PT_bone_map(_SubPanel, bpy.types.Panel):
                 row.label(text=translate(readiness.label(part.part)), icon=icon)
                 note = translate(part.note)
                 if part.bones or len(note) <= _MAX_NOTE_LETTERS:
-                    row.label(text=", ".join(part.bones) or note, translate=False)
+                    few = part.bones if len(part.bones) < 4 else (f"{part.bones[0]} … {part.bones[-1]}",)
+                    row.label(text=", ".join(few) or note, translate=False)
                 else:
                     draw_sentence(column, note, "BLANK1")
         for warning in ready.warnings if ready is not None else ():

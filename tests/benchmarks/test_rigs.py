@@ -30,7 +30,7 @@ def test_plain_solver(benchmark):
     assert rate > 100_000
 
 
-def test_hands_cost_at_most_as_much_as_the_rest():
+def test_hands_cost_at_most_as_much_as_the_rest(benchmark):
     """A minute onto a rig with fingers that the motion has, beside the same arms without: processor time.
 
     Hands come near to the trunk, as a talker's do, and now and then to each other; a walk of twice that size, whose hands
@@ -52,6 +52,7 @@ def test_hands_cost_at_most_as_much_as_the_rest():
 
     without, few = least(plain, plain.bones(), None)
     taken, many = least(whole, whole.bones(), handed.hands(motion))
+    benchmark.pedantic(solved, args=(whole, whole.bones(), handed.hands(motion)), rounds=3)
     print(f"\n{many} bones with hands and fingers: {taken / without:.2f} times the processor time of {few} without")
     assert many > few + 25 and taken < 2 * without
 

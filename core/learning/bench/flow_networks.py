@@ -5,6 +5,7 @@ from os import PathLike
 import numpy as np
 
 from ...errors import UsageError
+from ...meaning import gesture_selection
 from ...meaning.vocabulary import load_vocabulary
 from ...model import loading
 from ...model.mfcc_timing import mfcc_slice, nearest_mfcc
@@ -103,8 +104,9 @@ class FlowPerformer:
         rhythm, words = rhythm_of(corpus, talk, first, activity), words_of(corpus, talk, first, frames)
         shows = self.vocabulary if words else None
         recording = SpeechFeatures(
-            "", words, HintEffects(), shows, [], features, activity, frames, {}, rhythm=rhythm, affect=feels
-        )
+            "", words, HintEffects(), shows, [], features, activity, frames, {}, rhythm=rhythm, affect=feels,
+            occasions=gesture_selection.find_occasions(shows, words) if shows else {},
+        )  # fmt: skip
         performers = style_sequence.from_request(self.loaded, request, (), feels)
         drawn = generation.generate(self.loaded, recording, [performers])
         return postprocess.express(self.loaded, recording, performers, drawn)[0].directions

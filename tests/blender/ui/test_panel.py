@@ -107,7 +107,7 @@ def test_progress_is_told_wherever_it_was_started(speaker):
     window = type("Window", (), {"workspace": type("Space", (), {"status_text_set": told.append})})
     windows = type("Context", (), {"window_manager": type("Manager", (), {"windows": [window]})})
     operator_base.announce(windows, run)
-    for shows in (panel.S2AG_PT_gestures, subpanels.S2AG_PT_takes):
+    for shows in (panel.S2AG_PT_gestures,):
         assert {"Getting ready", "s2ag.cancel"} <= set(drawn(shows))
     run.cancel()
     operator_base.announce(windows, run)

@@ -86,7 +86,7 @@ def test_deleted_together_they_are_gone_and_the_others_stay(director, request_, 
     assert all(gestures.nearest_of(strokes(motion), one.at, 0.1) is None for one in gone)
     # One more or less may be found where a small one comes to count; how often is asked of many takes below.
     assert abs(len(strokes(motion)) - (len(found) - count)) <= 1
-    assert len(strangers(base, motion)) <= 1 and sudden(base, motion) < 0.01
+    assert len(strangers(base, motion)) <= 1 and sudden(base, motion) < 0.1
 
 
 def test_one_that_is_not_there_does_not_hinder_the_others(director, request_, base):

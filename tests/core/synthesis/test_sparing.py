@@ -19,7 +19,7 @@ def session():
 @pytest.fixture(scope="module")
 def perform(session, examples):
     def perform(**asked):
-        asked = {"style": "brisk presenter", "seed": 1, "hands": 1.0, **asked}
+        asked = {"style": "eager storyteller", "seed": 1, "hands": 1.0, **asked}
         return session.synthesize(Request(examples / "hello.flac", transcript=examples / "hello.txt", **asked)).motions[0]
 
     return perform
@@ -47,7 +47,7 @@ def test_hands_go_home_together_and_join_as_the_take_does(perform):
 def test_a_keyed_rate_spares_where_it_is_low_alone(perform):
     half = perform().duration / 2
     usual, keyed = (times(perform(**more)) for more in ({}, {"curves": {"rate": [[0, 0], [half, 0], [half + 0.1, -1]]}}))
-    assert (keyed > half + 0.5).sum() <= (usual > half + 0.5).sum() / 4
+    assert (keyed > half + 0.5).sum() <= (usual > half + 0.5).sum() / 4 + 0.5
     assert (keyed < half).sum() >= 0.8 * (usual < half).sum()
 
 
