@@ -17,7 +17,7 @@ from . import constraints
 FACTS = ("rate", "size", "spread", "left", "right", "both", "ready", "end")
 """A taste: strokes a minute of speech, median of their sizes (m) and deviation of the logarithm, shares of the hands, seconds
 from a stroke's begin to its emphasis and from there to its end."""
-CONTROLS = ("rate", "hand", "arousal")
+CONTROLS = RATE, HAND, AROUSAL = ("rate", "hand", "arousal")
 """Controls that the answers follow."""
 
 _SALT, _PAUSES = 0xACC, 0xACD
@@ -106,15 +106,15 @@ def _quiet_pauses(phrases: np.ndarray, key: tuple) -> np.ndarray:
 def _adapt_to_controls(tastes: np.ndarray, wishes: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return tastes ``(n, 8)`` changed by the controls ``(n,)``."""
     result = tastes.copy()
-    result[:, 0] *= np.exp2(_RATE_OCTAVES * wishes["rate"] + _RATE_AROUSAL * wishes["arousal"])
-    result[:, 1] *= np.exp2(_SIZE_AROUSAL * wishes["arousal"])
-    hand = np.where(np.abs(wishes["hand"]) < _MIN_HAND, 0, wishes["hand"])
+    result[:, 0] *= np.exp2(_RATE_OCTAVES * wishes[RATE] + _RATE_AROUSAL * wishes[AROUSAL])
+    result[:, 1] *= np.exp2(_SIZE_AROUSAL * wishes[AROUSAL])
+    hand = np.where(np.abs(wishes[HAND]) < _MIN_HAND, 0, wishes[HAND])
     result[:, 3] *= 1 - np.maximum(hand, 0)
     result[:, 4] *= 1 + np.minimum(hand, 0)
     result[:, 5] *= 1 - np.abs(hand)
     # Where no hand is left, the control's hand makes all strokes.
     result[:, 3:5] += np.where(result[:, 3:6].sum(axis=1, keepdims=True) > 0, 0, np.stack([hand < 0, hand > 0], axis=1))
-    result[:, 6:8] /= np.exp2(_RATE_OCTAVES / 2 * wishes["rate"])[:, None]
+    result[:, 6:8] /= np.exp2(_RATE_OCTAVES / 2 * wishes[RATE])[:, None]
     return result
 
 

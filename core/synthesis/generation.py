@@ -49,7 +49,7 @@ def generate(
         return GeneratedTakes(np.stack(whole), (None,) * len(whole))
     wishes = [_controls(heard, one) for one in cast]
     asked = [_asked_strokes(checkpoint, heard, one, controls) for one, controls in zip(cast, wishes, strict=True)]
-    lively = [_noise_scale(heard.activity, controls[accent_selection.CONTROLS[-1]]) for controls in wishes]
+    lively = [_noise_scale(heard.activity, controls[accent_selection.AROUSAL]) for controls in wishes]
     settings = {"lively": lively, "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
     inputs = heard.features.slice
     drawn, extras = flow_sampling.sample(checkpoint.network, inputs, cast, asked, heard.frames, progress, cancelled, **settings)

@@ -188,7 +188,8 @@ def _work_out(armature: ArmatureObject) -> tuple[Readiness, Mapping | None]:
     names = {family.key: family.name for family in families()}
     family = names.get(mapping.family, mapping.family)
     problem = "" if refusal is None else translate_error(refusal)
-    hands = tuple(_fingers(reading.read(armature), mapping, side) for side in fingers.SIDES)
+    bones = reading.read(armature)
+    hands = tuple(_fingers(bones, mapping, side) for side in fingers.SIDES)
     return Readiness(tuple(rows), family, mapping.warnings, problem, hands), None if problem else mapping
 
 
