@@ -139,7 +139,8 @@ def _bridge(
     home = filler.rest_pose(before)
     excess, places = 0, []
     for gap, span in zip(gaps, spans, strict=True):
-        made, place, cost = _best_way(replace(before, directions=made), performed, home, gap, span, held, stay)
+        there = stay + [one.at for one in gone if one.at * before.fps >= span[1]]  # those of later gaps still are
+        made, place, cost = _best_way(replace(before, directions=made), performed, home, gap, span, held, there)
         places.append(place)
         excess += cost >= 1
     motion = replace(before, directions=made)
