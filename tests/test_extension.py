@@ -22,6 +22,7 @@ MOST_LINES = 40_000
 GUARDED = {
     ("core.cli.outputs", "core.cli.motion_export"),
     ("core.cli.synthesis_options", "core.cli.cell_options"),
+    ("core.editing.director", "core.motion.rhubarb"),
     ("core.model.loading", "core.model.torch_inference"),
     ("core.sound.audio", "core.sound.av_decoding"),
     ("core.synthesis.features", "core.model.table_features"),
@@ -29,7 +30,11 @@ GUARDED = {
     ("core.synthesis.generation", "core.model.amplitude"),
     ("core.vectors.table", "core.vectors.gensim_reader"),
     ("core.words.transcript", "core.words.recognise"),
+    ("core.words.language", "core.words.aligner.espeak"),
+    ("core.words.readers", "core.words.readers.subtitles"),
+    ("core.words.readers", "core.words.readers.textgrid"),
     ("core.words.aligner.engines", "core.words.aligner.sphinx_engine"),
+    ("core.words.aligner.lexicon", "core.words.aligner.espeak"),
 }
 """Imports in functions. Those of ``core.cli`` follow a sentence that the package is needed, that of recognition ends in
 one;

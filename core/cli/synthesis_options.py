@@ -138,6 +138,8 @@ def synthesize(options: argparse.Namespace, wanted: "Request") -> "Result":
     """Generate motions in this process behind a progress bar, with the documents of the options; print warnings as notes."""
     from ..editing.director import perform
 
+    if options.rhubarb is not None:
+        require_whole("--rhubarb is an option")
     engine = session(options)
     with Progress() as progress:
         result = perform(engine, wanted, options, progress)

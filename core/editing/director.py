@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from ..errors import UsageError
-from ..motion import rhubarb
 from ..motion.motion import Motion
 from ..synthesis.request import Request, Result
 from ..synthesis.session import Session
@@ -155,7 +154,11 @@ def perform(
     options of a command, a row of a manifest."""
     edits, cues = edits_of(documents), getattr(documents, "rhubarb", None)
     result = session.synthesize(request, progress) if edits is None else Director(session).direct(request, edits, progress)
-    return result if cues is None else replace(result, motions=rhubarb.with_cues(result.motions, cues))
+    if cues is None:
+        return result
+    from ..motion.rhubarb import with_cues  # the extension's zip leaves it out
+
+    return replace(result, motions=with_cues(result.motions, cues))
 
 
 def _key(request: Request) -> str:

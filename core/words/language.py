@@ -1,7 +1,5 @@
 """Loads another language for the aligner: by its code, with pronunciations from eSpeak NG, or from a folder of models."""
 
-import importlib.util
-import re
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
@@ -9,15 +7,12 @@ from typing import Any
 
 from .. import json_text
 from ..errors import EngineMissing, TranscriptUnreadable
-from ..files import read_bytes
-from ..optional_packages import pocketsphinx
+from ..optional_packages import has_espeak, pocketsphinx
 from .aligner import sphinx_model
 
 _REMEDY = "See docs/transcripts.md, Other languages."
-_PACKAGE = "espeakng_loader"
 _MAX_DICTIONARY_BYTES, _MAX_LETTERS_BYTES, _MAX_RULE_LENGTH = 256_000_000, 1_000_000, 100
 """The last limits the characters of the phones of one letter rule."""
-_CODE = re.compile(r"^language[ \t]+([\w-]+)", re.MULTILINE)
 
 
 def load_language(folder: str | PathLike | None = None, code: str | None = None) -> dict | None:
@@ -48,20 +43,12 @@ def _voice(code: str | None) -> str | None:
     code = (code or "en").strip().lower().replace("_", "-")
     if code == "en" or code.startswith("en-"):
         return None
-    spec = importlib.util.find_spec(_PACKAGE)
-    if spec is None or spec.origin is None:
+    if not has_espeak():
         message = "The pronunciation of other languages is not installed."
         raise EngineMissing(message, 'Add it with: pip install "s2ag[languages]"')
-    voices: dict[str, str] = {}
-    for path in sorted(Path(spec.origin).with_name("espeak-ng-data").joinpath("lang").rglob("*")):
-        if path.is_file():
-            text = read_bytes(path).decode("utf-8", "replace")
-            voices |= {name.lower(): path.name for name in _CODE.findall(text) if name.lower() not in voices}
-            voices[path.name.lower()] = path.name
-    if code not in voices:
-        codes = ", ".join(sorted(name for name in voices if len(name) == 2))
-        raise TranscriptUnreadable(f"eSpeak NG does not know the language {code}.", f"It knows {codes} and others.")
-    return voices[code]
+    from .aligner.espeak import find_voice
+
+    return find_voice(code)
 
 
 def _folder(folder: str | PathLike | None) -> dict[str, Any] | None:

@@ -5,9 +5,15 @@ that cover numbers and signs, too. A sound that English lacks becomes the phone 
 two are equally near, both are alternatives and the search takes the one that fits the speaker."""
 
 import ctypes
+import importlib.util
 import os
 import re
 import unicodedata
+from pathlib import Path
+
+from ...errors import TranscriptUnreadable
+from ...files import read_bytes
+from ...optional_packages import ESPEAK
 
 MAX_PRONUNCIATIONS = 8
 """Maximum number of pronunciations of a word."""
@@ -28,9 +34,27 @@ _SOUNDS = {
 }  # fmt: skip
 """IPA to CMU phones, alternatives separated by ``|``; marks of stress, length and tone are ignored."""
 _NASAL = "\N{COMBINING TILDE}"
+_CODE = re.compile(r"^language[ \t]+([\w-]+)", re.MULTILINE)
 _SWITCH = re.compile(r"\([a-z-]+\)")
 _PURPOSE, _UTF8, _IPA, _KEEP_ALIVE = 2, 1, 0x02, 0x8000
 """eSpeak NG's constants: no audio output, text in UTF-8, phonemes in IPA, and errors must not end the process."""
+
+
+def find_voice(code: str) -> str:
+    """Return eSpeak NG's voice for a language code in small letters, a file name; raise :class:`TranscriptUnreadable` if it has
+    none."""
+    spec = importlib.util.find_spec(ESPEAK)
+    assert spec is not None and spec.origin is not None
+    voices: dict[str, str] = {}
+    for path in sorted(Path(spec.origin).with_name("espeak-ng-data").joinpath("lang").rglob("*")):
+        if path.is_file():
+            text = read_bytes(path).decode("utf-8", "replace")
+            voices |= {name.lower(): path.name for name in _CODE.findall(text) if name.lower() not in voices}
+            voices[path.name.lower()] = path.name
+    if code not in voices:
+        codes = ", ".join(sorted(name for name in voices if len(name) == 2))
+        raise TranscriptUnreadable(f"eSpeak NG does not know the language {code}.", f"It knows {codes} and others.")
+    return voices[code]
 
 
 def ipa_to_cmu(ipa: str) -> list[str]:

@@ -7,7 +7,6 @@ from typing import TextIO
 
 from ...files import open_file
 from . import packed_model
-from .espeak import Espeak
 from .letter_rules import guess_phones
 
 _MAX_PRONUNCIATIONS, _MAX_LINE_LENGTH = 16, 1000
@@ -29,6 +28,8 @@ class Lexicon:
         elif self._model.get("dictionary"):
             self._look_up(self._model["dictionary"], words)
         if self._model.get("voice"):
+            from .espeak import Espeak  # only where it is installed; the extension's zip leaves it out
+
             espeak = Espeak(self._model["voice"])
             self._ways.update(
                 {word: ways for word in sorted(words - self._ways.keys()) if (ways := espeak.pronunciations(word))}

@@ -4,10 +4,11 @@ import re
 import warnings
 from pathlib import Path
 
-from ...errors import EngineMissing, TranscriptUnreadable
+import pysubs2
+
+from ...errors import TranscriptUnreadable
 from .items import MAX_SECONDS, Item, Source
 
-_CUE = re.compile(r"^\s*(?:\d+:)?\d+:\d\d[,.]\d+\s*-->\s*(?:\d+:)?\d+:\d\d[,.]\d+", re.MULTILINE)
 _STAMP = re.compile(r"<((?:\d{1,3}:)?\d\d:\d\d\.\d{3})>")
 _TAG = re.compile(r"</?[a-zA-Z][^<>]{0,200}>|\{\\[^{}]{0,200}\}")
 _OVERRIDE = re.compile(r"\{[^{}]*\}")
@@ -15,23 +16,10 @@ _OVERRIDE = re.compile(r"\{[^{}]*\}")
 _NAMES = {"vtt": "WebVTT", "srt": "SRT", "ass": "ASS"}
 
 
-def detect(head: str) -> str | None:
-    """Detect the format: ``vtt``, ``srt`` or ``ass``, or None for another text."""
-    if head.startswith("WEBVTT"):
-        return "vtt"
-    if head.startswith("[Script Info]"):
-        return "ass"
-    return "srt" if _CUE.search(head[:5000]) else None
-
-
 def parse(content: str, form: str, path: Path) -> Source:
     """Parse subtitles: one item for every cue, or for every word of a cue that has word times.
 
-    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`."""
-    try:
-        import pysubs2
-    except ModuleNotFoundError as error:
-        raise EngineMissing.of(error) from error
+    Raises :class:`TranscriptUnreadable`."""
     if form == "vtt":  # notes and styles are no speech, but pysubs2 adds them to the text of the previous cue
         content = re.sub(r"^(NOTE|STYLE|REGION)\b.*?(?=\n\s*\n|\Z)", "", content.replace("\r\n", "\n"), flags=re.M | re.S)
     options = {"keep_html_tags": True} if form in ("srt", "vtt") else {}

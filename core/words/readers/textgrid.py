@@ -3,7 +3,9 @@
 import re
 from pathlib import Path
 
-from ...errors import EngineMissing, TranscriptUnreadable
+from praatio.utilities.textgrid_io import parseTextgridStr
+
+from ...errors import TranscriptUnreadable
 from .items import Item, Source, parse_times
 
 _WORDS = re.compile(r"(?:.*[\s_:-])?(?:words?|ort|orthography|orthographic)", re.IGNORECASE)
@@ -11,19 +13,10 @@ _PHONES = re.compile(r"(?:.*[\s_:-])?(?:phones?|phonemes?|segments?|mau|syllable
 _SILENT = {"", "sil", "sp", "spn", "<eps>", "<sil>", "#", "<p:>", "..."}
 
 
-def is_textgrid(head: str) -> bool:
-    """Return whether a text begins like a TextGrid file."""
-    return "ootextfile" in head[:200].lower() and "textgrid" in head[:400].lower()
-
-
 def parse(content: str, path: Path) -> Source:
     """Parse the tier of words, else the one with the most text that does not look like phones.
 
-    Raises :class:`EngineMissing` and :class:`TranscriptUnreadable`."""
-    try:
-        from praatio.utilities.textgrid_io import parseTextgridStr
-    except ModuleNotFoundError as error:
-        raise EngineMissing.of(error) from error
+    Raises :class:`TranscriptUnreadable`."""
     try:
         tiers = parseTextgridStr(content.replace("\r\n", "\n").lstrip("\ufeff"), includeEmptyIntervals=False)["tiers"]
         intervals = {

@@ -3,6 +3,7 @@
 import foreign_speech
 import numpy as np
 import pytest
+from s2ag.core import optional_packages
 from s2ag.core.errors import EngineMissing, TranscriptUnreadable
 from s2ag.core.synthesis.session import Request, Session
 from s2ag.core.words import align, hints, language, markup, transcript
@@ -162,7 +163,7 @@ def test_languages_that_cannot_be(tmp_path, monkeypatch):
     )
     with pytest.raises(TranscriptUnreadable, match="English only"):
         recognise_german()
-    monkeypatch.setattr(language, "_PACKAGE", "no_such_package_anywhere")
+    monkeypatch.setattr(optional_packages, "ESPEAK", "no_such_package_anywhere")
     with pytest.raises(EngineMissing, match=r"s2ag\[languages\]"):
         language.load_language(code="de")
 
