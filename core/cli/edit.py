@@ -54,8 +54,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _change(options: argparse.Namespace, motion: "Motion", changes: list[dict] | None) -> "Motion":
     """Apply the edits, or retime the take to another recording of the same words; write the result, and return it."""
-    from ..editing import retiming
-    from ..editing.director import Director
+    from ..editing import retiming, take_edits
 
     is_moved = options.recording is not None
     if not is_moved and not (changes is not None and options.audio and options.outputs):
@@ -70,7 +69,7 @@ def _change(options: argparse.Namespace, motion: "Motion", changes: list[dict] |
         if is_moved:
             motion, warnings = retiming.retime(session, motion, options.recording, progress, **told)
         else:
-            motion, warnings = Director(session).edit(motion, changes or [], options.audio, progress, **told)
+            motion, warnings = take_edits.edit_take(session, motion, changes or [], options.audio, progress, **told)
     for warning in warnings:
         note(warning)
     for path in files:

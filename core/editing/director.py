@@ -6,10 +6,8 @@ and through the core of the requested gesture; the best of several seeds is used
 stroke and by how sudden the joins are."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
-from os import PathLike
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,15 +18,12 @@ from ..synthesis.request import Request, Result
 from ..synthesis.session import Session
 from ..synthesis.session_cache import recording_key
 from ..synthesis.stages import Stages
-from . import edit_actions, semantic_gestures
-from .edits import TURNS, before_turn, check, performing_order
+from . import edit_actions
+from .edits import before_turn, check, performing_order
 from .edits import of as edits_of
-from .provenance import request_from_meta
 from .regeneration import Regenerator
 from .targets import State
 
-_REMADE = ("move", "delete", "rest", "change", "add", "reroll")
-"""Edits that a later change of style or feeling would undo; poses and places are fixed frames that it leaves."""
 _MAX_TAKES = 4
 """Takes whose states after each edit are cached."""
 
@@ -62,44 +57,15 @@ class Director:
             result = self.session.synthesize(request, progress, cancelled)
             states = [("", State.of(result.motions[0], result.warnings))]
         order = performing_order(edits)
-        self._states[key] = states = self._continue(request, states, edits, order, stages, forgiven)
+        self._states[key] = states = self.go_on(request, states, edits, order, stages, forgiven)
         for old in list(self._states)[:-_MAX_TAKES]:
             del self._states[old]
         state = states[-1][1]
         heard, performers = self.session.hear(request, stages)
-        motion = _documented(state.motion, edits, order)
+        motion = documented(state.motion, edits, order, [[] for _ in edits]) if edits else state.motion
         return Result([motion], heard.words, list(state.warnings), dict(stages.seconds), performers.own)
 
-    def edit(
-        self, motion: Motion, edits: Sequence[dict], audio: str | PathLike,
-        progress: Callable[[str, float], None] = lambda stage, value: None, **words: Any
-    ) -> tuple[Motion, list[str]]:  # fmt: skip
-        """Apply edits to a ``motion`` of the recording ``audio``, which may have been edited before; return it with warnings.
-
-        Earlier edits, known from its provenance, are kept; where a change of style or feeling performs their moments anew, they
-        are done again. ``words`` are as in
-        :func:`provenance.request_from_meta`. Raises :class:`UsageError` for edits that cannot be applied, and where recording
-        or weights are not those of the take."""
-        request, stages = request_from_meta(motion.meta, audio, **words), Stages(progress, lambda: False)
-        if motion.meta.get("checkpoint") != self.session.checkpoint.hash:
-            remedy = "Name those with --checkpoint."
-            raise UsageError("The take was made by other weights, so phrases would not fit in.", remedy)
-        heard, _ = self.session.hear(request, stages)
-        if motion.meta.get("audio") != heard.digest:
-            raise UsageError("The take is of another recording.", "Name the one that it was made for.")
-        made = check(motion.meta.get("edits", []))
-        every = [*made, *check(edits)]
-        state, new = State.of(motion).after(made), performing_order(every[len(made) :])
-        new = [len(made) + number for number in new]
-        turns, others = ([number for number in new if (every[number]["do"] in TURNS) == turn] for turn in (True, False))
-        state = self._continue(request, [("", state)], every, turns, stages)[-1][1]
-        anew = [span for one in state.motion.meta.get("touched", [])[len(made) :] for span in one]
-        lost = motion.meta.get("unmet", ())
-        again = [number for number, edit in enumerate(made) if number not in lost and _lies_in(edit, anew, motion)]
-        state = self._continue(request, [("", state)], every, again + others, stages)[-1][1]
-        return _documented(state.motion, every, turns + again + others, motion.meta), list(state.warnings)
-
-    def _continue(
+    def go_on(
         self, request: Request, cached: list[tuple[str, State]], edits: list[dict], order: list[int], stages: Stages,
         forgiven: int = 0
     ) -> list[tuple[str, State]]:  # fmt: skip
@@ -121,30 +87,14 @@ class Director:
         return states
 
 
-def _documented(motion: Motion, edits: list[dict], order: Sequence[int], before: Mapping = MappingProxyType({})) -> Motion:
-    """Return a motion whose provenance has the edits, what they touched and which could not be done as the document numbers
-    them; they were done in ``order``, on a take with the provenance ``before``."""
-    if not edits:
-        return motion
-    old = list(before.get("touched", []))
-    touched = [*old, *([] for _ in range(len(edits) - len(old)))][: len(edits)]
-    for number, spans in zip(order, motion.meta.get("touched", [])[len(old) :], strict=True):
+def documented(motion: Motion, edits: list[dict], order: Sequence[int], touched: list[list]) -> Motion:
+    """Return a motion whose provenance has the ``edits``, those it could not do, and what each ``touched`` before and in
+    ``order``, where its last edits are those of ``order``."""
+    done = motion.meta.get("touched", [])
+    for number, spans in zip(order, done[len(done) - len(order) :], strict=True):
         touched[number] = [*touched[number], *spans]
     meta = {**motion.meta, "edits": edits, "touched": touched}
     return replace(motion, meta={**meta, "unmet": sorted(set(meta["unmet"]))} if "unmet" in meta else meta)
-
-
-def _lies_in(edit: dict, spans: Sequence[Sequence[float]], motion: Motion) -> bool:
-    """Return whether what an edit made lies in spans of seconds that were performed anew since."""
-    if edit["do"] not in _REMADE:
-        return False
-    if edit["do"] == "add" and "word" in edit:
-        times = [semantic_gestures.word_time(motion.words, edit["word"], edit.get("nth", 1))]
-    elif "from" in edit:
-        return any(edit["from"] < stop and start < edit["to"] for start, stop in spans)
-    else:
-        times = np.atleast_1d(edit["to"] if "to" in edit else edit["at"])
-    return any(start <= at <= stop for start, stop in spans for at in times)
 
 
 def perform(

@@ -1,4 +1,4 @@
-"""Base class of the operators that run the engine: modal with a window, to completion in background mode."""
+"""Base classes of the operators with long work, and of those among them that generate gestures."""
 
 from __future__ import annotations  # names of modules that have not run yet
 
@@ -13,6 +13,7 @@ from . import generate, session
 
 TICK = 0.01
 """Seconds between polls of the engine."""
+_OF_THE_VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE"}
 
 
 def character(context: Context) -> ArmatureObject | None:
@@ -37,78 +38,70 @@ def armature_of(item: bpy.types.Object | None) -> ArmatureObject | None:
     return cast("ArmatureObject | None", item)
 
 
-def _chosen(context: Context) -> ArmatureObject:
-    """Return :func:`character`, which an operator's poll has checked."""
-    armature = character(context)
-    assert armature is not None
-    return armature
-
-
-class GeneratingOperator:
-    """Base of operators that generate gestures; subclasses override :meth:`planned`.
-
-    Nothing in the file changes before everything is finished, and then in one undo step."""
+class ModalOperator:
+    """Base of operators with long work: modal with a window, to completion in background mode."""
 
     bl_options = {"REGISTER", "UNDO"}
+    shares_events = True
+    """Whether Blender can be used meanwhile; else nothing but the view can be changed."""
     _timer = cast("bpy.types.Timer | None", None)
-    _run = cast("session.Run | None", None)
+    _run = cast("session.Run | session.SlicedRun | None", None)
     if TYPE_CHECKING:
         report: Any
 
-    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
-        """Return the plan of what to generate."""
-        return generate.plan(context, armature)
+    def begun(self, context: Context) -> session.Run | session.SlicedRun:
+        """Begin the work and return its run; may raise :class:`S2agError`."""
+        raise NotImplementedError
+
+    def finished(self, outcome: Any) -> Any:
+        """Report the outcome of the run and return the operator's result."""
+        raise NotImplementedError
+
+    def failed(self, error: S2agError) -> Any:
+        """Report the error with which the run ended and return the operator's result."""
+        raise NotImplementedError
 
     def execute(self, context: Context) -> Any:
         """Run to completion."""
-        armature = _chosen(context)
-        session.MESSAGES.pop(armature.session_uid, None)
-        try:
-            outcome = generate.wait(context, self.planned(context, armature))
-        except S2agError as error:
-            return self._fail(armature.session_uid, error)
-        return self._done(armature.session_uid, armature.name, outcome)
+        raise NotImplementedError
 
     def invoke(self, context: Context, event: bpy.types.Event) -> Any:
         """Start in the background; without a window, run to completion."""
         if bpy.app.background or context.window is None:
             return self.execute(context)
-        armature = _chosen(context)
-        self._uid, self._name = armature.session_uid, armature.name
-        session.MESSAGES.pop(self._uid, None)
         try:
-            self._run = session.Run(context, armature, self.planned(context, armature))
+            self._run = self.begun(context)
         except S2agError as error:
-            return self._fail(self._uid, error)
+            return self.failed(error)
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         announce(context, self._run)
         context.window_manager.modal_handler_add(cast(bpy.types.Operator, self))
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: bpy.types.Event) -> Any:
-        """Poll the engine on every tick; ESC cancels."""
-        run = self._run
+        """Go on with the work on every tick; ESC cancels."""
+        run, goes_on = self._run, {"PASS_THROUGH" if self.shares_events or event.type in _OF_THE_VIEW else "RUNNING_MODAL"}
         assert run is not None
         if event.type == "ESC" and event.value == "PRESS":
             run.cancel()
         elif event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        before = run.stage, run.value
+            return goes_on
+        before = run.text, run.value
         try:
             outcome = run.step()
         except S2agError as error:
             self._stop(context)
-            return self._fail(self._uid, error)
+            return self.failed(error)
         except BaseException:
             self._stop(context)
             raise
         if outcome is None:
-            if before != (run.stage, run.value):
+            if before != (run.text, run.value):
                 announce(context, run)
                 redraw(context)
-            return {"PASS_THROUGH"}
+            return goes_on
         self._stop(context)
-        return self._done(self._uid, self._name, outcome)
+        return self.finished(outcome)
 
     def cancel(self, context: Context) -> None:
         """Stop when Blender ends the operator, because another file is opened or the window closes."""
@@ -125,24 +118,52 @@ class GeneratingOperator:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
 
-    def _done(self, uid: int, name: str, outcome: generate.Outcome) -> Any:
-        session.MESSAGES[uid] = [(note, "INFO") for note in outcome.notes]  # warnings are stored with their take
+
+class GeneratingOperator(ModalOperator):
+    """Base of operators that generate gestures; subclasses override :meth:`planned`.
+
+    Nothing in the file changes before everything is finished, and then in one undo step."""
+
+    def planned(self, context: Context, armature: ArmatureObject) -> generate.Plan:
+        """Return the plan of what to generate."""
+        return generate.plan(context, armature)
+
+    def execute(self, context: Context) -> Any:
+        try:
+            return self.finished(generate.wait(context, self.planned(context, self._acting(context))))
+        except S2agError as error:
+            return self.failed(error)
+
+    def begun(self, context: Context) -> session.Run:
+        armature = self._acting(context)
+        return session.Run(context, armature, self.planned(context, armature))
+
+    def _acting(self, context: Context) -> ArmatureObject:
+        """Return the character, whose messages of before are dropped; a poll has made sure that there is one."""
+        armature = character(context)
+        assert armature is not None
+        self._uid, self._name = armature.session_uid, armature.name
+        session.MESSAGES.pop(self._uid, None)
+        return armature
+
+    def finished(self, outcome: generate.Outcome) -> Any:
+        session.MESSAGES[self._uid] = [(note, "INFO") for note in outcome.notes]  # warnings are stored with their take
         for warning in outcome.warnings:
             self.report({"WARNING"}, translate(warning))
-        made = translate("{name} gestures for {seconds:.1f} seconds", name=name, seconds=outcome.seconds)
+        made = translate("{name} gestures for {seconds:.1f} seconds", name=self._name, seconds=outcome.seconds)
         self.report({"INFO"}, outcome.said or made)
         return {"FINISHED"}
 
-    def _fail(self, uid: int, error: S2agError) -> Any:
+    def failed(self, error: S2agError) -> Any:
         if error.kind == "Cancelled":
             self.report({"INFO"}, translate("Cancelled"))
             return {"CANCELLED"}
-        session.fail(uid, error)
+        session.fail(self._uid, error)
         self.report({"ERROR"}, translate_error(error))
         return {"CANCELLED"}
 
 
-def announce(context: Context, run: session.Run | None) -> None:
+def announce(context: Context, run: session.Run | session.SlicedRun | None) -> None:
     """Show the progress of a run in the status bars of all windows; None clears them."""
     text = run and translate("{stage} ({share:.0%}), Esc cancels", stage=run.text, share=run.value)
     for window in context.window_manager.windows:

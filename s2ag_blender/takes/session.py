@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Generator
-from typing import cast
+from typing import Any, cast
 
 import bpy
 
@@ -16,6 +16,35 @@ SLICE = 0.02
 """Seconds of keying before Blender may draw again; a single slice of a take can take longer."""
 
 
+class SlicedRun:
+    """A run of work in Blender's own process: ``slices`` yield the share done wherever Blender may draw."""
+
+    def __init__(self, slices: Generator[float, None, Any], text: str = "") -> None:
+        self.text, self.value = text, 0.0
+        self._slices, self._cancelled = slices, False
+
+    def step(self) -> Any:
+        """Work for a slice; return the result when finished, else None. Raises what ended the work, or :class:`Cancelled`."""
+        if self._cancelled:
+            raise Cancelled("Cancelled.")
+        end = time.monotonic() + SLICE
+        try:
+            while time.monotonic() < end:
+                self.value = next(self._slices)
+        except StopIteration as done:
+            return done.value
+        return None
+
+    def cancel(self) -> None:
+        """Stop the work at once."""
+        self._cancelled = True
+        self._slices.close()
+
+    def end(self) -> None:
+        """Close what the work has open."""
+        self._slices.close()
+
+
 class Run:
     """One run: requests motions from the engine and keys them when they arrive."""
 
@@ -25,7 +54,7 @@ class Run:
         self.cancelled = False
         self.count = planned.count
         self._job = engine_requests.start(context, planned.params)
-        self._laying: Generator[float, None, generate.Outcome] | None = None
+        self._laying: SlicedRun | None = None
         RUNS[armature.session_uid] = self
 
     @property
@@ -47,20 +76,13 @@ class Run:
         if self.cancelled:
             raise Cancelled("Cancelled.")
         if self._laying is not None:
-            return self._lay(self._laying)
+            outcome = self._laying.step()
+            self.value = self._laying.value
+            return outcome
         result = engine_requests.poll(self._job, self._note)
         if result is not None:
-            self._laying, self.count = generate.finish_in_slices(self.planned, result), len(result["motions"])
+            self._laying, self.count = SlicedRun(generate.finish_in_slices(self.planned, result)), len(result["motions"])
             self.stage, self.value = stages.KEYING, 0.0
-        return None
-
-    def _lay(self, laying: Generator[float, None, generate.Outcome]) -> generate.Outcome | None:
-        end = time.monotonic() + SLICE
-        try:
-            while time.monotonic() < end:
-                self.value = next(laying)
-        except StopIteration as done:
-            return done.value
         return None
 
     def cancel(self) -> None:
@@ -68,7 +90,7 @@ class Run:
         self.cancelled = True
         engine_requests.cancel(self._job)
         if self._laying is not None:
-            self._laying.close()  # removes its actions
+            self._laying.cancel()  # removes its actions
 
     def end(self) -> None:
         """Remove this run from the current ones."""

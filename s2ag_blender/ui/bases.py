@@ -4,8 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from ...core.errors import S2agError
 from ..datablocks import ArmatureObject, Context
 from ..takes.operator_base import character
+from ..translations import translate, translate_error
 
 if TYPE_CHECKING:
     from bpy.stub_internal.rna_enums import IconItems as Icon
@@ -38,8 +40,58 @@ def require_character(context: Context) -> ArmatureObject:
     return armature
 
 
-def may_run(cls: Any, reason: str) -> bool:
-    """Return whether an operator class may run, there being no ``reason`` why not, which its greyed button tells."""
-    if reason:
-        cls.poll_message_set(reason)
-    return not reason
+class Button(OperatorMixin):
+    """Base of operators: their buttons are greyed with the reason, and errors are told in the user's language."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def why_not(cls, context: Context) -> str:
+        """Return why the operator cannot run now, in the user's language; empty if it can."""
+        return ""
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        reason = cls.why_not(context)
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context: Context) -> OperatorResult:
+        try:
+            news = self.work(context)
+        except S2agError as error:
+            self.report({"ERROR"}, translate_error(error))
+            return {"CANCELLED"}
+        if news:
+            self.report({"INFO"}, news)
+        return {"FINISHED"}
+
+    def work(self, context: Context) -> str | None:
+        """Do it, and return news for the user, if any; may raise :class:`S2agError`."""
+        raise NotImplementedError
+
+
+class NeedsCharacter(Button):
+    """Base of operators that need a character and nothing else."""
+
+    @classmethod
+    def why_not(cls, context: Context) -> str:
+        return "" if character(context) is not None else translate("Select a character's armature")
+
+
+class OfCharacter(Button):
+    """Base of operators that change the active character; it must exist, be no linked data, and not be in edit mode."""
+
+    @classmethod
+    def why_not(cls, context: Context) -> str:
+        return why_unchangeable(character(context))
+
+
+def why_unchangeable(armature: ArmatureObject | None) -> str:
+    """Return why a character cannot be changed now; empty if it can."""
+    if armature is None:
+        return translate("Select a character's armature")
+    if armature.library is not None:
+        return translate("The character is linked: make a library override of it first")
+    return translate("Leave edit mode first") if armature.mode == "EDIT" else ""

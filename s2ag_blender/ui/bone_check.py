@@ -3,15 +3,13 @@
 
 import bpy
 
-from ...core.errors import S2agError
 from .. import compat
 from ..datablocks import ArmatureObject, Context
 from ..keys import test_pose
 from ..rig import chosen_bones, readiness
 from ..takes import bone_map_files, stored_settings
-from ..translations import translate, translate_error
-from .bases import OperatorResult, may_run, require_character
-from .bone_maps import OfCharacter
+from ..translations import translate
+from .bases import OfCharacter, require_character
 
 
 def assign_bones(armature: ArmatureObject, part: str, names: list[str]) -> None:
@@ -40,21 +38,19 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if not super().poll(context):
-            return False
-        armature, reason = require_character(context), ""
+    def why_not(cls, context: Context) -> str:
+        if reason := super().why_not(context):
+            return reason
+        armature = require_character(context)
         if not armature.s2ag.bone_map:
-            reason = translate("Press Choose Bones first")
-        elif armature.mode != "POSE" or not compat.selected_bones(armature):
-            reason = translate("Select the bones in pose mode first")
-        return may_run(cls, reason)
+            return translate("Press Choose Bones first")
+        chosen = armature.mode == "POSE" and compat.selected_bones(armature)
+        return "" if chosen else translate("Select the bones in pose mode first")
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         armature = require_character(context)
         names = compat.selected_bones(armature)
         assign_bones(armature, self.part, names[:1] if self.part == "hips" else names)
-        return {"FINISHED"}
 
 
 class S2AG_OT_select_bones(OfCharacter, bpy.types.Operator):
@@ -63,13 +59,12 @@ class S2AG_OT_select_bones(OfCharacter, bpy.types.Operator):
     bl_idname = "s2ag.select_bones"
     bl_label = "Show Bones"
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         armature = require_character(context)
         context.view_layer.objects.active = armature
         if armature.mode != "POSE":
             bpy.ops.object.mode_set(mode="POSE")
         compat.select_bones(armature, gesturing_bones(armature))
-        return {"FINISHED"}
 
 
 class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):
@@ -78,21 +73,15 @@ class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):
     bl_idname = "s2ag.test_pose"
     bl_label = "Test Pose"
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         armature = require_character(context)
         if test_pose.is_shown(armature):
-            test_pose.end_test_pose(armature)
-            return {"FINISHED"}
+            return test_pose.end_test_pose(armature)
         warnings: list[str] = []
-        try:
-            mapping = chosen_bones.mapping_of_settings(armature.s2ag)
-            test_pose.show_test_pose(armature, context.scene, mapping, stored_settings.options(armature.s2ag), warnings.append)
-        except S2agError as error:
-            self.report({"ERROR"}, translate_error(error))
-            return {"CANCELLED"}
+        mapping = chosen_bones.mapping_of_settings(armature.s2ag)
+        test_pose.show_test_pose(armature, context.scene, mapping, stored_settings.options(armature.s2ag), warnings.append)
         for warning in dict.fromkeys(warnings):
             self.report({"WARNING"}, translate(warning))
-        return {"FINISHED"}
 
 
 CLASSES = (S2AG_OT_bones_from_selection, S2AG_OT_select_bones, S2AG_OT_test_pose)

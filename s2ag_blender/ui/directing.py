@@ -208,22 +208,19 @@ class S2AG_OT_add_at_word(OnTake, bpy.types.Operator):
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds)
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if not super().poll(context):
-            return False
-        if not gesture_edits.stored_words(take_list.active(require_character(context)).action):
-            cls.poll_message_set(translate("The words of this take are not known"))
-            return False
-        return True
+    def why_not(cls, context: Context) -> str:
+        if reason := super().why_not(context):
+            return reason
+        known = gesture_edits.stored_words(take_list.active(require_character(context)).action)
+        return "" if known else translate("The words of this take are not known")
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         context.window_manager.invoke_search_popup(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         operators: Any = bpy.ops
         operators.s2ag.add_gesture("INVOKE_DEFAULT", True, kind=self.kind, word=int(self.word))
-        return {"FINISHED"}
 
 
 RESTS = (

@@ -12,7 +12,7 @@ from ..datablocks import ArmatureObject, Context, is_armature
 from ..takes import sources
 from ..takes.operator_base import armature_of, character
 from ..translations import translate
-from .bases import OperatorMixin, OperatorResult, require_character
+from .bases import NeedsCharacter, OperatorMixin, OperatorResult, require_character
 
 EXTENSIONS = (".wav", ".flac", ".mp3", ".ogg")
 _MAX_PIXELS = 60
@@ -106,7 +106,7 @@ class S2AG_OT_drop_recording(OperatorMixin, bpy.types.Operator):
         return {"CANCELLED"} if operators.s2ag.generate(how) == {"CANCELLED"} else {"FINISHED"}
 
 
-class S2AG_OT_choose_recording(OperatorMixin, bpy.types.Operator):
+class S2AG_OT_choose_recording(NeedsCharacter, bpy.types.Operator):
     """Choose the recording in a file browser that shows sound files alone"""
 
     bl_idname = "s2ag.choose_recording"
@@ -117,18 +117,13 @@ class S2AG_OT_choose_recording(OperatorMixin, bpy.types.Operator):
     filter_sound: bpy.props.BoolProperty(default=True, options={"SKIP_SAVE", "HIDDEN"})
     filter_folder: bpy.props.BoolProperty(default=True, options={"SKIP_SAVE", "HIDDEN"})
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return character(context) is not None
-
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         self.filepath = bpy.path.abspath(require_character(context).s2ag.audio)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         sources.set_recording(require_character(context), self.filepath)
-        return {"FINISHED"}
 
 
 class S2AG_FH_recording(bpy.types.FileHandler):

@@ -15,7 +15,7 @@ from ..lazy_modules import has_run
 from ..takes import engine_requests
 from ..takes.operator_base import redraw
 from ..translations import translate, translate_error
-from .bases import OperatorResult, may_run
+from .bases import Button, OperatorResult
 
 _README = Path(__file__).parents[2] / "README.md"
 
@@ -96,12 +96,14 @@ def _on_timer() -> float | None:
     return 0.1 if tick() else None
 
 
-def _is_idle(cls: Any) -> bool:
-    """Return whether no check is under way; else set the poll message of an operator class."""
-    if engine_state.STATE.work is not None:
-        cls.poll_message_set(translate("The engine is being tried"))
-        return False
-    return True
+class _Idle(Button):
+    """Base of operators that wait until no check is under way."""
+
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def why_not(cls, context: Context) -> str:
+        return translate("The engine is being tried") if engine_state.STATE.work is not None else ""
 
 
 def _check(operator: bpy.types.Operator, context: Context, path: str = "") -> OperatorResult:
@@ -121,7 +123,7 @@ def _check(operator: bpy.types.Operator, context: Context, path: str = "") -> Op
     return {"FINISHED"}
 
 
-class S2AG_OT_engine_choose(bpy.types.Operator):
+class S2AG_OT_engine_choose(_Idle, bpy.types.Operator):
     """Use a full engine in a Python of your own: it gestures a clip first, and is kept if it can"""
 
     bl_idname = "s2ag.engine_choose"
@@ -132,10 +134,6 @@ class S2AG_OT_engine_choose(bpy.types.Operator):
         description="A Python with the package s2ag[full], or the folder of its environment",
         subtype="FILE_PATH",
     )
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return _is_idle(cls)
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         if not self.filepath:
@@ -151,15 +149,11 @@ class S2AG_OT_engine_choose(bpy.types.Operator):
         return _check(self, context, path)
 
 
-class S2AG_OT_engine_check(bpy.types.Operator):
+class S2AG_OT_engine_check(_Idle, bpy.types.Operator):
     """Let the engine in use gesture a clip, and show what it has"""
 
     bl_idname = "s2ag.engine_check"
     bl_label = "Check Engine"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return _is_idle(cls)
 
     def execute(self, context: Context) -> OperatorResult:
         return _check(self, context)
@@ -181,34 +175,32 @@ class S2AG_OT_engine_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class S2AG_OT_engine_leave(bpy.types.Operator):
+class S2AG_OT_engine_leave(_Idle, bpy.types.Operator):
     """Use the engine that comes with the extension again; the chosen one stays where it is"""
 
     bl_idname = "s2ag.engine_leave"
     bl_label = "Use the Extension's Own"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if not engine_state.chosen_path(context):
-            cls.poll_message_set(translate("The engine that comes with the extension is used"))
-            return False
-        return _is_idle(cls)
+    def why_not(cls, context: Context) -> str:
+        own = not engine_state.chosen_path(context)
+        return translate("The engine that comes with the extension is used") if own else super().why_not(context)
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         engine_requests.stop_engine()
         engine_state.choose(context, "")
-        return {"FINISHED"}
 
 
-class S2AG_OT_open_log(bpy.types.Operator):
+class S2AG_OT_open_log(Button, bpy.types.Operator):
     """Show the log of what failed, in a text editor"""
 
     bl_idname = "s2ag.open_log"
     bl_label = "Open Log"
+    bl_options = {"REGISTER"}
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        return may_run(cls, translate("Nothing has failed in this session") if errors_log.latest() is None else "")
+    def why_not(cls, context: Context) -> str:
+        return translate("Nothing has failed in this session") if errors_log.latest() is None else ""
 
     def execute(self, context: Context) -> OperatorResult:
         path = errors_log.latest()

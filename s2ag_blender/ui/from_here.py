@@ -8,9 +8,9 @@ import bpy
 from ..datablocks import Context
 from ..takes import menu_items
 from ..translations import translate
-from .bases import OperatorResult
+from .bases import NeedsCharacter
 from .directing import RESET, Directing
-from .take_ops import OnTake, selected
+from .take_ops import selected
 
 
 def _style_items(operator: Any, context: Any) -> list[tuple]:
@@ -52,7 +52,7 @@ class S2AG_OT_feeling_from(Directing, bpy.types.Operator):
         return {"do": "feel", "at": self.moment(context, action), **felt}
 
 
-class S2AG_OT_mark_style(OnTake, bpy.types.Operator):
+class S2AG_OT_mark_style(NeedsCharacter, bpy.types.Operator):
     """Put a timeline marker at the playhead at which this style begins, in all takes that are generated from now on"""
 
     bl_idname = "s2ag.mark_style"
@@ -60,14 +60,9 @@ class S2AG_OT_mark_style(OnTake, bpy.types.Operator):
 
     style: bpy.props.EnumProperty(name="Style", description="Who performs from here on", items=_style_items, options=RESET)
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return selected(context)[0] is not None
-
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         marker = context.scene.timeline_markers.new(f"as {self.style}", frame=context.scene.frame_current)
-        self.report({"INFO"}, translate("{name} begins at frame {frame}", name=translate(self.style), frame=marker.frame))
-        return {"FINISHED"}
+        return translate("{name} begins at frame {frame}", name=translate(self.style), frame=marker.frame)
 
 
 CLASSES = (S2AG_OT_style_from, S2AG_OT_feeling_from, S2AG_OT_mark_style)

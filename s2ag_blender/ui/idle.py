@@ -4,20 +4,19 @@
 import time
 from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, cast
 
 import bpy
 
 from ...core.errors import S2agError
 from ...core.settings import names_with
+from ...rigs.slices import run_to_end
 from ..datablocks import ArmatureObject, Context
 from ..keys import apply
 from ..rig import chosen_bones
 from ..takes import drafts, session, stored_settings
-from ..takes.operator_base import TICK, armature_of
+from ..takes.operator_base import ModalOperator, armature_of
 from ..translations import translate, translate_error
-from .bases import OperatorResult
-from .operators import NeedsCharacter, require_character
+from .bases import NeedsCharacter, OperatorResult, require_character
 
 
 def idle_in_slices(
@@ -52,11 +51,12 @@ def idle_in_slices(
     return actions, errors
 
 
-class S2AG_OT_idle(NeedsCharacter, bpy.types.Operator):
+class S2AG_OT_idle(ModalOperator, NeedsCharacter, bpy.types.Operator):
     """Let the selected characters stand and wait as people do, each in a way of its own"""
 
     bl_idname = "s2ag.idle"
     bl_label = "Idle"
+    shares_events = False
 
     seconds: bpy.props.FloatProperty(
         name="Seconds", subtype="TIME_ABSOLUTE", default=20.0, min=1.0, max=600.0, description="How long they wait"
@@ -75,43 +75,19 @@ class S2AG_OT_idle(NeedsCharacter, bpy.types.Operator):
         return idle_in_slices(armatures, scene.frame_start, scene, self.seconds, self.stillness, self.loop)
 
     def execute(self, context: Context) -> OperatorResult:
-        from ...rigs.slices import run_to_end
+        return self.finished(run_to_end(self.slices(context)))
 
-        return self._report(*run_to_end(self.slices(context)))
+    def begun(self, context: Context) -> session.SlicedRun:
+        return session.SlicedRun(self.slices(context), translate("Idle"))
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
-        """Work between redraws; nothing but the view can be changed meanwhile."""
-        if bpy.app.background or context.window is None:
-            return self.execute(context)
-        self._slices, self._timer = self.slices(context), context.window_manager.event_timer_add(TICK, window=context.window)
-        context.window_manager.modal_handler_add(cast(bpy.types.Operator, self))
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context: Context, event: bpy.types.Event) -> OperatorResult:
-        """Do a slice on every tick; Esc ends it, and characters that have an idle keep it."""
-        if event.type == "ESC":
-            return self._end(context, {"FINISHED"})
-        until, workspace = time.monotonic() + session.SLICE, cast(Any, context.workspace)
-        try:
-            while event.type == "TIMER" and time.monotonic() < until:
-                share = next(self._slices)
-                workspace.status_text_set(translate("{stage} ({share:.0%}), Esc cancels", stage=translate("Idle"), share=share))
-        except StopIteration as done:
-            return self._end(context, self._report(*done.value))
-        except BaseException:
-            self._end(context, {"CANCELLED"})
-            raise
-        return {"RUNNING_MODAL"} if event.type not in {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE"} else {"PASS_THROUGH"}
-
-    def _end(self, context: Context, result: OperatorResult) -> OperatorResult:
-        self._slices.close()
-        context.window_manager.event_timer_remove(self._timer)
-        cast(Any, context.workspace).status_text_set(None)
-        return result
-
-    def _report(self, actions: list[bpy.types.Action], errors: list[S2agError]) -> OperatorResult:
+    def finished(self, outcome: tuple[list[bpy.types.Action], list[S2agError]]) -> OperatorResult:
+        actions, errors = outcome
         for error in errors:
             self.report({"WARNING"} if actions else {"ERROR"}, translate_error(error))
         if actions:
             self.report({"INFO"}, translate("{count} characters wait", count=len(actions)))
         return {"FINISHED"} if actions else {"CANCELLED"}
+
+    def failed(self, error: S2agError) -> OperatorResult:
+        self.report({"INFO"}, translate("Cancelled"))
+        return {"FINISHED"}  # characters that have an idle keep it, which can be undone

@@ -7,14 +7,12 @@ from pathlib import Path
 import bpy
 from bpy_extras.io_utils import ImportHelper
 
-from ...core.errors import S2agError
 from ..datablocks import ArmatureObject, Context
 from ..keys import apply
 from ..rig import chosen_bones
 from ..takes import drafts, stored_settings
-from ..translations import translate, translate_error
-from .bases import LayoutMixin, OperatorResult, require_character
-from .bone_maps import OfCharacter
+from ..translations import translate
+from .bases import LayoutMixin, OfCharacter, require_character
 
 
 def apply_motion_file(
@@ -51,20 +49,15 @@ class S2AG_OT_import_motion(OfCharacter, bpy.types.Operator, ImportHelper):
     )
     mirror: bpy.props.BoolProperty(name="Mirror", description="Exchange left and right")
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         armature = require_character(context)
         warnings: list[str] = []
         drafts.drop(armature)
         start = context.scene.frame_current if self.at_playhead else None
-        try:
-            action = apply_motion_file(armature, bpy.path.abspath(self.filepath), start, self.mirror, warnings.append)
-        except S2agError as error:
-            self.report({"ERROR"}, translate_error(error))
-            return {"CANCELLED"}
+        action = apply_motion_file(armature, bpy.path.abspath(self.filepath), start, self.mirror, warnings.append)
         for warning in warnings:
             self.report({"WARNING"}, warning)
-        self.report({"INFO"}, translate("{name} performs {file}", name=armature.name, file=action.name))
-        return {"FINISHED"}
+        return translate("{name} performs {file}", name=armature.name, file=action.name)
 
 
 def draw_in_import(self: LayoutMixin, context: Context) -> None:

@@ -8,10 +8,8 @@ import bpy
 
 from ..datablocks import Context
 from ..takes import gesture_kinds
-from ..takes.operator_base import character
 from ..translations import translate
-from .bases import OperatorResult, require_character
-from .operators import NeedsCharacter
+from .bases import NeedsCharacter, require_character
 
 _STRETCHES = (
     ("*", "Stress", "Before and after a word: it bears the accent of its phrase"),
@@ -48,21 +46,17 @@ class S2AG_OT_insert_mark(NeedsCharacter, bpy.types.Operator):
     )
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if not super().poll(context):
-            return False
+    def why_not(cls, context: Context) -> str:
+        if reason := super().why_not(context):
+            return reason
         settings: Any = require_character(context).s2ag
         if settings.transcript_source == "TYPED" or (settings.transcript_source == "BLOCK" and settings.transcript_block):
-            return True
-        cls.poll_message_set(translate("Words of a file get their marks there; choose a text or type them"))
-        return False
+            return ""
+        return translate("Words of a file get their marks there; choose a text or type them")
 
-    def execute(self, context: Context) -> OperatorResult:
-        armature = character(context)
-        assert armature is not None
-        settings: Any = armature.s2ag
+    def work(self, context: Context) -> None:
+        settings: Any = require_character(context).s2ag
         if settings.transcript_source == "BLOCK":
             settings.transcript_block.write(self.mark if self.mark == "*" else f"{self.mark} ")
         else:
             settings.typed = f"{settings.typed.rstrip()} {self.mark}".lstrip()
-        return {"FINISHED"}

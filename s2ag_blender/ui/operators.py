@@ -7,27 +7,23 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy_extras.io_utils import ExportHelper
 
-from ...core.errors import S2agError
 from ..datablocks import ArmatureObject, Context
 from ..engine import engine_state
 from ..rig import readiness
 from ..takes import engine_requests, generate, markers, session, sources, take_list
 from ..takes.operator_base import GeneratingOperator, character
-from ..translations import translate, translate_error
-from .bases import OperatorMixin, OperatorResult, may_run, require_character
+from ..translations import translate
+from .bases import Button, NeedsCharacter, OperatorResult, require_character, why_unchangeable
 
 
 def why_disabled(context: Context) -> str:
     """Return why gestures cannot be generated now, as a short phrase; empty if they can."""
     armature = character(context)
-    if armature is None:
-        return translate("Select a character's armature")
+    reason = why_unchangeable(armature)
+    if armature is None or reason:
+        return reason
     if session.run_of(armature) is not None:
         return translate("Gestures are being made for this character")
-    if armature.library is not None:
-        return translate("The character is linked: make a library override of it first")
-    if armature.mode == "EDIT":
-        return translate("Leave edit mode first")
     ready = readiness.cached(armature)
     if ready is not None and ready.problem:
         return ready.problem
@@ -36,7 +32,7 @@ def why_disabled(context: Context) -> str:
     return sources.missing_inputs(armature.s2ag, context.scene)
 
 
-class S2AG_OT_generate(GeneratingOperator, bpy.types.Operator):
+class S2AG_OT_generate(GeneratingOperator, Button, bpy.types.Operator):
     """Make the character gesture to its recording"""
 
     bl_idname = "s2ag.generate"
@@ -53,42 +49,26 @@ class S2AG_OT_generate(GeneratingOperator, bpy.types.Operator):
         return generate.plan_directed(context, armature) if self.keep_decisions else super().planned(context, armature)
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        reason = why_disabled(context)
-        return may_run(cls, reason)
+    def why_not(cls, context: Context) -> str:
+        return why_disabled(context)
 
 
-class S2AG_OT_cancel(bpy.types.Operator):
+class S2AG_OT_cancel(Button, bpy.types.Operator):
     """Stop making gestures for this character; nothing has been changed"""
 
     bl_idname = "s2ag.cancel"
     bl_label = "Cancel"
+    bl_options = {"REGISTER"}
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if session.run_of(character(context)) is not None:
-            return True
-        cls.poll_message_set(translate("No gestures are being made for this character"))
-        return False
+    def why_not(cls, context: Context) -> str:
+        running = session.run_of(character(context)) is not None
+        return "" if running else translate("No gestures are being made for this character")
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         run = session.run_of(character(context))
         if run is not None:
             run.cancel()
-        return {"FINISHED"}
-
-
-class NeedsCharacter(OperatorMixin):
-    """Base of operators that need a character and nothing else."""
-
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        if character(context) is not None:
-            return True
-        cls.poll_message_set(translate("Select a character's armature"))
-        return False
 
 
 class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
@@ -98,17 +78,14 @@ class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
     bl_label = "Remove Word Markers"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def why_not(cls, context: Context) -> str:
         armature = character(context)
-        if armature is None or not markers.ours(context.scene, armature.s2ag.marker_prefix):
-            cls.poll_message_set(translate("No marker starts with this prefix"))
-            return False
-        return True
+        found = armature is not None and markers.ours(context.scene, armature.s2ag.marker_prefix)
+        return "" if found else translate("No marker starts with this prefix")
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         count = markers.remove(context.scene, require_character(context).s2ag.marker_prefix)
-        self.report({"INFO"}, translate("{count} markers removed", count=count))
-        return {"FINISHED"}
+        return translate("{count} markers removed", count=count)
 
 
 class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
@@ -141,38 +118,26 @@ class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
         self.filepath = str(Path(bpy.data.filepath).with_name(name)) if bpy.data.filepath else name
         return super().invoke(context, event)
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str | None:
         armature = require_character(context)
-        try:
-            engine_requests.export(context, armature, self.filepath)
-        except S2agError as error:
-            self.report({"ERROR"}, translate_error(error))
-            return {"CANCELLED"}
-        if take_list.frames_beyond_scene(armature, context.scene) is not None:
-            self.report({"WARNING"}, translate("Cut where the scene ends: {path}", path=self.filepath))
-        else:
-            self.report({"INFO"}, translate("Written: {path}", path=self.filepath))
-        return {"FINISHED"}
+        engine_requests.export(context, armature, self.filepath)
+        if take_list.frames_beyond_scene(armature, context.scene) is None:
+            return translate("Written: {path}", path=self.filepath)
+        self.report({"WARNING"}, translate("Cut where the scene ends: {path}", path=self.filepath))
 
 
-class _AddCharacter(OperatorMixin):
+class _AddCharacter(Button):
     """Base of operators that build a character and make it the active object."""
 
-    bl_options = {"REGISTER", "UNDO"}
     if TYPE_CHECKING:
         character: str
 
-    def execute(self, context: Context) -> OperatorResult:
-        try:
-            armature = engine_requests.add_character(self.character, getattr(self, "gender", "female"))
-        except S2agError as error:
-            self.report({"ERROR"}, translate_error(error))
-            return {"CANCELLED"}
+    def work(self, context: Context) -> None:
+        armature = engine_requests.add_character(self.character, getattr(self, "gender", "female"))
         for selected in context.selected_objects:
             selected.select_set(False)
         armature.select_set(True)
         context.view_layer.objects.active = armature
-        return {"FINISHED"}
 
 
 class S2AG_OT_add_human(_AddCharacter, bpy.types.Operator):

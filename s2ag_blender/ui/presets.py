@@ -10,7 +10,7 @@ from ..datablocks import Context
 from ..takes.operator_base import character
 from ..translations import translate
 from . import setting_properties
-from .bases import may_run
+from .bases import Button
 
 LABEL = "Gesture Presets"
 FOLDER = "s2ag/character"
@@ -32,7 +32,7 @@ VALUES = (
 _ROOT = str(Path(__file__).parents[2])
 
 
-class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
+class S2AG_OT_preset_add(AddPresetBase, Button, bpy.types.Operator):
     """Keep how this character gestures as a preset, or remove the preset"""
 
     bl_idname = "s2ag.preset_add"
@@ -43,8 +43,8 @@ class S2AG_OT_preset_add(AddPresetBase, bpy.types.Operator):
     preset_values = [f"settings.{name}" for name in VALUES]
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        return may_run(cls, translate("Select a character") if character(context) is None else "")
+    def why_not(cls, context: Context) -> str:
+        return translate("Select a character") if character(context) is None else ""
 
 
 class S2AG_PT_presets(PresetPanel, bpy.types.Panel):

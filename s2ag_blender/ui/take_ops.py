@@ -11,7 +11,7 @@ from ..keys import apply, density
 from ..takes import control_curves, drafts, generate, menu_items, take_list, versions
 from ..takes.operator_base import GeneratingOperator, character
 from ..translations import translate
-from .bases import OperatorMixin, OperatorResult, may_run, require_character
+from .bases import Button, OperatorResult, require_character
 from .operators import why_disabled
 
 
@@ -21,20 +21,15 @@ def selected(context: Context) -> tuple[ArmatureObject | None, Any]:
     return armature, take_list.active(armature) if armature is not None else None
 
 
-class OnTake(OperatorMixin):
+class OnTake(Button):
     """Base of operators that need a selected take."""
 
-    bl_options = {"REGISTER", "UNDO"}
-
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if selected(context)[1] is not None:
-            return True
-        cls.poll_message_set(translate("Select a take in the list"))
-        return False
+    def why_not(cls, context: Context) -> str:
+        return "" if selected(context)[1] is not None else translate("Select a take in the list")
 
 
-class OfTake(GeneratingOperator, OperatorMixin):
+class OfTake(GeneratingOperator, Button):
     """Base of operators that generate new takes or versions from the selected take."""
 
     @classmethod
@@ -43,11 +38,10 @@ class OfTake(GeneratingOperator, OperatorMixin):
         return "" if provenance.read(take.action) is not None else translate("Nothing is known of how this take was made")
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def why_not(cls, context: Context) -> str:
         armature, take = selected(context)
         reason = why_disabled(context) if armature is None or take is not None else translate("Select a take in the list")
-        reason = reason or cls.unknown(take)
-        return may_run(cls, reason)
+        return reason or cls.unknown(take)
 
 
 class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
@@ -57,23 +51,20 @@ class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
     bl_label = "All Frames or Poses"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if not super().poll(context):
-            return False
-        if density.KEYED not in selected(context)[1].action:
-            cls.poll_message_set(translate("Nothing is known of how this take was made"))
-            return False
-        return True
+    def why_not(cls, context: Context) -> str:
+        if reason := super().why_not(context):
+            return reason
+        known = density.KEYED in selected(context)[1].action
+        return "" if known else translate("Nothing is known of how this take was made")
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         armature = require_character(context)
         take = take_list.active(armature)
         dense = density.is_dense(take.action)
         fps = apply.scene_fps(context.scene)
         density.convert(armature, take.action, armature.s2ag.tolerance if dense else None, fps)
         keys = density.most_keys(take.action)
-        self.report({"INFO"}, translate("{name} has up to {count} keys a curve now", name=take.title, count=keys))
-        return {"FINISHED"}
+        return translate("{name} has up to {count} keys a curve now", name=take.title, count=keys)
 
 
 class S2AG_OT_key_heard(OnTake, bpy.types.Operator):
@@ -82,12 +73,11 @@ class S2AG_OT_key_heard(OnTake, bpy.types.Operator):
     bl_idname = "s2ag.key_heard"
     bl_label = "Key What Is Heard"
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         armature = require_character(context)
         drafts.drop(armature)
         count = control_curves.key_heard(armature, take_list.active(armature).action, context.scene)
-        self.report({"INFO"}, translate("{count} keys; the next take is performed by them", count=count))
-        return {"FINISHED"}
+        return translate("{count} keys; the next take is performed by them", count=count)
 
 
 class S2AG_OT_reroll(OfTake, bpy.types.Operator):
@@ -122,18 +112,18 @@ class S2AG_OT_vary(OfTake, bpy.types.Operator):
         return generate.plan(context, armature, **take_list.variation_arguments(armature, action, self.spread, self.count))
 
 
-class S2AG_OT_style_grid(GeneratingOperator, bpy.types.Operator):
+class S2AG_OT_style_grid(GeneratingOperator, Button, bpy.types.Operator):
     """Make one take in every style of the gesture model, to choose from"""
 
     bl_idname = "s2ag.style_grid"
     bl_label = "One of Each Style"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def why_not(cls, context: Context) -> str:
         reason = why_disabled(context)
         if not reason and len(menu_items.style_names(require_character(context).s2ag)) < 2:
             reason = translate("This gesture model has one style only")
-        return may_run(cls, reason)
+        return reason
 
     def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         styles = menu_items.style_names(armature.s2ag)
@@ -146,10 +136,9 @@ class S2AG_OT_keep_take(OnTake, bpy.types.Operator):
     bl_idname = "s2ag.keep_take"
     bl_label = "Keep Take"
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         _, take = selected(context)
         take.keep = not take.keep
-        return {"FINISHED"}
 
 
 class S2AG_OT_delete_take(OnTake, bpy.types.Operator):
@@ -166,12 +155,11 @@ class S2AG_OT_delete_take(OnTake, bpy.types.Operator):
         question = translate("Delete {name} with its {count} versions?", name=take.title, count=count)
         return context.window_manager.invoke_confirm(self, event, title=question)
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         armature = require_character(context)
         name = take_list.active(armature).title
         take_list.delete(armature, [armature.s2ag.active_take])
-        self.report({"INFO"}, translate("{name} is deleted", name=name))
-        return {"FINISHED"}
+        return translate("{name} is deleted", name=name)
 
 
 class S2AG_OT_delete_others(OnTake, bpy.types.Operator):
@@ -187,10 +175,9 @@ class S2AG_OT_delete_others(OnTake, bpy.types.Operator):
         question = translate("Delete {count} takes that are neither kept nor selected?", count=len(doomed))
         return context.window_manager.invoke_confirm(self, event, title=question)
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         count = take_list.delete_others(require_character(context))
-        self.report({"INFO"}, translate("{count} takes deleted", count=count))
-        return {"FINISHED"}
+        return translate("{count} takes deleted", count=count)
 
 
 class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
@@ -200,20 +187,15 @@ class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
     bl_label = "Recall Settings"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        _, take = selected(context)
-        if take is None or "settings" not in (provenance.read(take.action) or {}):
-            unknown = translate("Nothing is known of how this take was made")
-            cls.poll_message_set(translate("Select a take in the list") if take is None else unknown)
-            return False
-        return True
+    def why_not(cls, context: Context) -> str:
+        if reason := super().why_not(context):
+            return reason
+        known = "settings" in (provenance.read(selected(context)[1].action) or {})
+        return "" if known else translate("Nothing is known of how this take was made")
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str | None:
         armature = require_character(context)
-        news = take_list.recall_settings(armature, take_list.active(armature).action)
-        if news:
-            self.report({"INFO"}, news)
-        return {"FINISHED"}
+        return take_list.recall_settings(armature, take_list.active(armature).action)
 
 
 class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
@@ -222,9 +204,8 @@ class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
     bl_idname = "s2ag.fit_range"
     bl_label = "Fit Range"
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         take_list.fit_scene(require_character(context), context.scene)
-        return {"FINISHED"}
 
 
 CLASSES = (

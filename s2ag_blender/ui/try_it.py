@@ -14,7 +14,7 @@ from ..render import stage as stage_module
 from ..takes import engine_requests, generate, session, take_list
 from ..takes.operator_base import GeneratingOperator
 from ..translations import translate, translate_error
-from .bases import OperatorResult, may_run
+from .bases import Button, OperatorResult
 
 VOICE = Path(__file__).parents[2] / "core" / "assets" / "hello.mp3"
 """The example recording; its transcript is beside it."""
@@ -49,18 +49,17 @@ def _corners(scene: bpy.types.Scene, armature: ArmatureObject) -> Iterator[tuple
             yield from ((item, Vector(corner)) for corner in item.bound_box)
 
 
-class S2AG_OT_try_it(GeneratingOperator, bpy.types.Operator):
+class S2AG_OT_try_it(GeneratingOperator, Button, bpy.types.Operator):
     """Add a person who says the example with gestures, and play it"""
 
     bl_idname = "s2ag.try_it"
     bl_label = "Try It"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def why_not(cls, context: Context) -> str:
         if context.mode != "OBJECT":
-            cls.poll_message_set(translate("Go to object mode first"))
-            return False
-        return may_run(cls, translate("Gestures are being made") if session.RUNS else "")
+            return translate("Go to object mode first")
+        return translate("Gestures are being made") if session.RUNS else ""
 
     def execute(self, context: Context) -> OperatorResult:
         return super().execute(context) if self._stage(context) else {"CANCELLED"}
@@ -82,17 +81,17 @@ class S2AG_OT_try_it(GeneratingOperator, bpy.types.Operator):
             return False
         return True
 
-    def _done(self, uid: int, name: str, outcome: "generate.Outcome") -> OperatorResult:
+    def finished(self, outcome: "generate.Outcome") -> OperatorResult:
         context = current_context()
         scene = context.scene
-        armature = next((item for item in scene.objects if item.session_uid == uid and is_armature(item)), None)
+        armature = next((item for item in scene.objects if item.session_uid == self._uid and is_armature(item)), None)
         if armature is not None and take_list.active(armature) is not None:
             take_list.fit_scene(armature, scene)
         scene.frame_set(scene.frame_start)
         scene.sync_mode = "AUDIO_SYNC"
         if not bpy.app.background and not context.screen.is_animation_playing:
             bpy.ops.screen.animation_play()
-        return super()._done(uid, name, outcome)
+        return super().finished(outcome)
 
 
 def frame_view(context: Context) -> None:

@@ -3,33 +3,29 @@
 
 import bpy
 
-from ...core.errors import S2agError
 from ..datablocks import ArmatureObject, Context
 from ..takes import generate, retiming, session, take_list, versions
 from ..takes.operator_base import GeneratingOperator
-from ..translations import translate, translate_error
+from ..translations import translate
 from .bases import OperatorResult, require_character
 from .take_ops import OnTake
 
 
-class S2AG_OT_follow_sound(GeneratingOperator, bpy.types.Operator):
+class S2AG_OT_follow_sound(GeneratingOperator, OnTake, bpy.types.Operator):
     """Bring the selected take, with all its versions, to where its sound is now: moved, trimmed, stretched, or said anew"""
 
     bl_idname = "s2ag.follow_sound"
     bl_label = "Follow Sound"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if not OnTake.poll.__func__(cls, context):
-            return False
+    def why_not(cls, context: Context) -> str:
+        if reason := super().why_not(context):
+            return reason
         armature = require_character(context)
         if session.run_of(armature) is not None:
-            cls.poll_message_set(translate("Gestures are being made"))
-            return False
-        if not retiming.change(take_list.active(armature).action, context.scene):
-            cls.poll_message_set(translate("The sound strip lies where it lay"))
-            return False
-        return True
+            return translate("Gestures are being made")
+        moved = retiming.change(take_list.active(armature).action, context.scene)
+        return "" if moved else translate("The sound strip lies where it lay")
 
     def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         return generate.follow_arguments(context, armature)
@@ -40,15 +36,12 @@ class S2AG_OT_follow_sound(GeneratingOperator, bpy.types.Operator):
 
     def execute(self, context: Context) -> OperatorResult:
         what = _sound_change(context)
-        if what.replaced or what.grown:
-            return super().execute(context)
-        try:
-            retiming.follow(require_character(context), context.scene)
-        except S2agError as error:
-            self.report({"ERROR"}, translate_error(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, retiming.change_sentence(what))
-        return {"FINISHED"}
+        return super().execute(context) if what.replaced or what.grown else OnTake.execute(self, context)
+
+    def work(self, context: Context) -> str:
+        what = _sound_change(context)
+        retiming.follow(require_character(context), context.scene)
+        return retiming.change_sentence(what)
 
 
 def _sound_change(context: Context) -> "retiming.Change":
@@ -62,13 +55,11 @@ class _OnVersions(OnTake):
     """Base of operators on the versions of a take."""
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        if not super().poll(context):
-            return False
-        if versions.version_position(take_list.active(require_character(context)))[1] < 2:
-            cls.poll_message_set(translate("This take has one version only"))
-            return False
-        return True
+    def why_not(cls, context: Context) -> str:
+        if reason := super().why_not(context):
+            return reason
+        several = versions.version_position(take_list.active(require_character(context)))[1] > 1
+        return "" if several else translate("This take has one version only")
 
 
 class S2AG_OT_flip_version(_OnVersions, bpy.types.Operator):
@@ -81,9 +72,8 @@ class S2AG_OT_flip_version(_OnVersions, bpy.types.Operator):
         name="Back", description="Show the version before instead of the next one", options={"SKIP_SAVE"}
     )
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> None:
         versions.flip(require_character(context), -1 if self.back else 1)
-        return {"FINISHED"}
 
 
 class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
@@ -92,10 +82,9 @@ class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
     bl_idname = "s2ag.drop_versions"
     bl_label = "Keep This Version"
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         count = versions.drop_others(require_character(context))
-        self.report({"INFO"}, translate("{count} versions deleted", count=count))
-        return {"FINISHED"}
+        return translate("{count} versions deleted", count=count)
 
 
 CLASSES = (S2AG_OT_follow_sound, S2AG_OT_flip_version, S2AG_OT_drop_versions)

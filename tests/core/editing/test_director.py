@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from s2ag.core.editing import frame_ranges, gestures, provenance, regeneration, stroke_core, targets
+from s2ag.core.editing import frame_ranges, gestures, provenance, regeneration, stroke_core, take_edits, targets
 from s2ag.core.editing.director import Director
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
@@ -324,7 +324,7 @@ def test_a_file_knows_the_styles_and_poses_of_its_edits(director, request_, afte
     first += [{"do": "pose", "at": 90 / skeleton.FPS, "directions": base.directions[88].tolist()}]
     reroll = {"do": "reroll", "from": one.at - 1.0, "to": two.at + 1.0, "seed": 4}
     before, together = after(*first)[0], after(*first, reroll)[0]
-    apart, _ = director.edit(before, [reroll], request_.audio, transcript=request_.transcript)
+    apart, _ = take_edits.edit_take(director.session, before, [reroll], request_.audio, transcript=request_.transcript)
     assert len(touched(before, together)) and not len(touched(together, apart))
 
 

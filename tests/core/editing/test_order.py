@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from s2ag.core.editing import edits, gestures
+from s2ag.core.editing import edits, gestures, take_edits
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
 from s2ag.core.synthesis.session import Request
@@ -59,7 +59,8 @@ def test_an_edit_that_the_style_makes_impossible_is_named_and_the_others_stay(di
 
 def test_a_file_keeps_its_edits_in_a_style_that_is_chosen_later(director, request_, decided, examples):
     made = director.direct(request_, decided).motions[0]
-    motion, warnings = director.edit(made, [STYLE], examples / "hello.flac", transcript=examples / "hello.txt")
+    audio, told = examples / "hello.flac", examples / "hello.txt"
+    motion, warnings = take_edits.edit_take(director.session, made, [STYLE], audio, transcript=told)
     pose = np.array(decided[0]["directions"], np.float32)
     assert np.abs(motion.directions[round(6.0 * skeleton.FPS)] - pose).max() < 1e-5 and pointing(motion) and not warnings
     assert len([one for one in gestures.find_gestures(motion) if 9.5 <= one.at <= 12.5]) <= 2
