@@ -60,6 +60,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     best = "the weights that are judged: lowest in maje (default) or fgd on validation windows, where the setting has any"
     parser.add_argument("--select", choices=("maje", "fgd"), help=best)
     parser.add_argument("--validate-every", metavar="N", type=int, help="batches from one validation to the next; 0: none")
+    flat = "end a training after so many validations in a row that were no better; 0: after all its batches (default)"
+    parser.add_argument("--patience", metavar="N", type=int, help=flat)
+    cut = "without --data: the table counts trainings that are not over, too, with their best weights so far"
+    parser.add_argument("--unfinished", action="store_true", help=cut)
     parser.add_argument("--precision", metavar="P", help="of the training: 32-true or bf16-mixed")
     order = "S2AG's discriminator pauses in the first pass as in its code (default), or never, as in the paper"
     parser.add_argument("--warm-up", choices=("code", "paper"), help=order)
@@ -99,7 +103,10 @@ def run(options: argparse.Namespace) -> int:
     if options.data is None:
         runner = bench.Runner.opened(options.out, options.device, note)
         with Interruption() as interruption:
-            return _print_table(runner.collect(shlex.join(["s2ag", *sys.argv[1:]]), lambda: interruption.asked or time_is_up()))
+            command = shlex.join(["s2ag", *sys.argv[1:]])
+            return _print_table(
+                runner.collect(command, lambda: interruption.asked or time_is_up(), unfinished=options.unfinished)
+            )
     if options.setting not in SETTINGS:
         raise UsageError(f"There is no setting {options.setting!r}.", f"Settings are {', '.join(SETTINGS)}.")
     judge = _judged_paths([one for one in options.judge if one != "off"])
@@ -139,7 +146,8 @@ def _made_data(folder: Path, hours: float) -> Path:
 
 def _setting(options: argparse.Namespace, preset: Any) -> Any:
     """Return the preset with what the options change."""
-    named = ("draws", "share", "batch", "validate_every", "precision", "warm_up", "training_ids", "given", "window", "hop")
+    named = ("draws", "share", "batch", "validate_every", "patience", "precision", "warm_up", "training_ids", "given")
+    named += ("window", "hop")
     changes = {name: getattr(options, name) for name in named if getattr(options, name) is not None}
     if options.faithful:
         changes.setdefault("training_ids", "strangers")
@@ -149,7 +157,7 @@ def _setting(options: argparse.Namespace, preset: Any) -> Any:
         changes["select"] = {"maje": "maje_code", "fgd": "fgd"}[options.select]
     if "off" in options.judge:
         changes["judge"] = "off"
-    for name, least in (("steps", 1), ("validate_every", 0)):
+    for name, least in (("steps", 1), ("validate_every", 0), ("patience", 0)):
         if getattr(options, name) is not None and getattr(options, name) < least:
             raise UsageError(f"{name} is {getattr(options, name)}.", f"Set it to {least} or more.")
     return preset.lasting(options.epochs, options.steps).replace(faithful=options.faithful, **changes)

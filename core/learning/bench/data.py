@@ -24,6 +24,7 @@ from ..systems.sample import PAD, SPECIAL, Sample
 from ..train.dataset import TEST, TRAIN, VALIDATION, Corpus
 from ..train.storage import atomic_folder
 from . import contextual
+from .resident import Resident
 
 HOP, SEEDS = 10, 4
 _KEY = "key"
@@ -63,6 +64,7 @@ class Data:
         self.contextual = contextual.load(Path(cache))
         if self.contextual is not None and len(self.contextual.row) != len(self.onsets):
             raise CorpusUnreadable(f"{Path(cache) / contextual.FOLDER} is of other data.", "Choose another folder.")
+        self._resident: Resident | None = None
         self.windows = {split: self._windows(split, filtered) for split in (TRAIN, VALIDATION, TEST)}
         for split, name in ((TRAIN, "training"), (TEST, "test")):
             if not len(self.windows[split]):
@@ -110,8 +112,12 @@ class Data:
             row[: last - first] = self.wave[first:last]
         return samples
 
-    def sample(self, windows: np.ndarray) -> Sample:
-        """Return windows ``(n, 2)`` with the inputs of all systems."""
+    def sample(self, windows: np.ndarray, device: str = "cpu") -> Sample:
+        """Return windows ``(n, 2)`` with the inputs of all systems, on a ``device``: a GPU is given all data, once."""
+        if device != "cpu":
+            with torch.inference_mode(False):
+                self._resident = self._resident or Resident(self, device)
+            return self._resident.sample(windows)
         talk, first = windows.T
         corpus, recording, lengths = self.corpus, self.corpus.recording[talk], self.lengths
         frames = (corpus.frame_starts[recording] + first)[:, None] + np.arange(lengths.frames)

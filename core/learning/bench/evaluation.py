@@ -109,9 +109,9 @@ class Bench:
         parts = []
         pieces = -(-len(self.windows) // _BATCH)
         for part, other in zip(*(np.array_split(all, pieces) for all in (self.windows, self._heard(heard))), strict=True):
-            sample = self.data.sample(part)
+            sample = self.data.sample(part, device)
             if heard is not None:
-                sample = replace(self.data.sample(other), directions=sample.directions, speaker=sample.speaker)
+                sample = replace(self.data.sample(other, device), directions=sample.directions, speaker=sample.speaker)
             if ids == "random":
                 speaker = torch.randint(system.speakers or self.data.speakers, sample.speaker.shape)
             else:

@@ -68,14 +68,19 @@ class Runner:
             self.say(f"Left out: {reason}")
         return [name for name in names if not self.unfit(name)]
 
-    def collect(self, command: str, stopping: Callable[[], bool] = lambda: False) -> dict | None:
-        """Evaluate finished trainings without training any more; write and return the report, or None if stopped."""
+    def collect(self, command: str, stopping: Callable[[], bool] = lambda: False, unfinished: bool = False) -> dict | None:
+        """Evaluate finished trainings without training any more; write and return the report, or None if stopped.
+
+        ``unfinished`` ones count as they are, too.
+        """
         for place in sorted(self.folder.glob(f"*-*/{STATE}")):
             name, _, seed = place.parent.name.rpartition("-")
             if name not in ALL_SYSTEMS or not seed.isdecimal() or rows.is_evaluated(place.parent):
                 continue
             training = self._training(name, int(seed))
-            if training.done < training.steps:
+            if unfinished:
+                self.judge(training, name, int(seed))
+            elif not training.over:
                 self.say(
                     f"{ALL_SYSTEMS[name].title}, seed {seed}, is at {training.done} of {training.steps} steps and left out."
                 )
@@ -164,7 +169,13 @@ class Runner:
 
         if not training.run(stopping, validate):
             return False
-        system, bench = training.system, self._bench
+        self.judge(training, name, seed)
+        return True
+
+    def judge(self, training: Training, name: str, seed: int) -> None:
+        """Evaluate a training at its best weights so far, whether it is over or not."""
+        training.take_best()
+        system, bench, folder = training.system, self._bench, training.folder
         facts = {
             "steps": training.done,
             "best": training.best,
@@ -179,7 +190,6 @@ class Runner:
             return bench.perform(system, 1000 * seed + draw, self.device, ids, heard)
 
         self._judge(folder, facts, perform, rows.IDS if system.knows_speakers else rows.IDS[:1])
-        return True
 
     def other(self, name: str, path: str | None) -> None:
         """Evaluate an external row, or the shipped network if there is no path, unless that is done."""

@@ -43,7 +43,8 @@ class Setting:
     ``given``: seed poses of a window, 4 in the code; with 17 of 34 they are the paper's T seed poses, which the next T follow
     (section 3.1.5). ``validate_every``: batches between evaluations of ``validation_windows``, after which the weights with
     the lowest ``select`` are used (0: the last weights are used); the public codes select by L1 (S2AG) and FGD (GTC;
-    reference A.11, 26 and C). ``precision``: that of the training; evaluation is in float32.
+    reference A.11, 26 and C). ``patience``: a training also ends after so many validations in a row without a lower ``select``
+    (0: never). ``precision``: that of the training; evaluation is in float32.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Setting:
     hop: int = 10
     validate_every: int = 0
     validation_windows: int = 600
+    patience: int = 0
     select: str = "maje_code"  # or "fgd"
     precision: str = "32-true"  # or "bf16-mixed"
     save_minutes: float = 2.0
@@ -129,8 +131,8 @@ SETTINGS = {
                 diversity_share=0.25),
         Setting("core", 0.25, 4, 0, 64, extractor_steps=3000, windows=2000, draws=3, seeds=(1,), trained_words=False,
                 diversity_share=0.25, validate_every=200, precision="bf16-mixed"),
-        Setting("claim", 0.25, _UNLIMITED, 4000, 64, extractor_steps=2000, windows=1500, draws=3, trained_words=False,
-                diversity_share=0.25, filtered=False, validate_every=250),
+        Setting("claim", 0.25, _UNLIMITED, 8000, 64, extractor_steps=2000, windows=1500, draws=3, trained_words=False,
+                diversity_share=0.25, filtered=False, validate_every=250, patience=8),
         Setting("full", validate_every=1000, validation_windows=2000),
     )
 }  # fmt: skip

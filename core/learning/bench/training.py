@@ -61,17 +61,17 @@ class Training:
             self.skipped, self.curve = facts.get("skipped", 0), facts.get("curve", [])
 
     def run(self, stopping: Callable[[], bool] = lambda: False, validate: Callable[[], dict] | None = None) -> bool:
-        """Run all steps that are left and save; return False if ``stopping()`` ended them early.
+        """Run all steps that are left, or until the curve is flat, and save; return False if ``stopping()`` came first.
 
         ``validate()`` returns the figures of the system as it is (see :class:`Setting`). At the end the system has the best
         weights by those, or the last ones without validation.
         """
-        batches = Prefetch(lambda step: self.data.sample(self._windows(step)))
+        batches = Prefetch(self._batch) if self.device == "cpu" else None  # a GPU gathers its batches itself
         saved, means, book = time.monotonic(), Means(), Logbook(self.folder, self.logs, self.done)
         try:
-            while self.done < self.steps and not stopping():
+            while not self.over and not stopping():
                 began = time.monotonic()
-                means.add(self.step(batches.take(self.done)))
+                means.add(self.step(batches.take(self.done) if batches else self._batch(self.done)))
                 now = time.monotonic()
                 self.seconds += now - began
                 if self.done % _LOG_STEPS == 0:
@@ -84,12 +84,18 @@ class Training:
                     self.save()
                     saved = now
         finally:
-            batches.close()
+            if batches:
+                batches.close()
             book.close()
         self.save()
-        if self.done >= self.steps and self.curve:
+        if self.over:
+            self.take_best()
+        return self.over
+
+    def take_best(self) -> None:
+        """Give the system its best weights so far, where any were validated."""
+        if self.curve:
             state.load(self.folder / BEST, {"system": self.system}, self.device)
-        return self.done >= self.steps
 
     def step(self, sample: Sample) -> dict[str, torch.Tensor]:
         """Update the discriminator, if there is one and it is on, then the generator; return the loss terms.
@@ -117,6 +123,13 @@ class Training:
         state.save(self.folder / STATE, self._parts(), facts)
 
     @property
+    def over(self) -> bool:
+        """Whether all steps are done, or ``patience`` validations in a row were no better than one before them."""
+        validations = [figures["step"] for figures in self.curve]
+        flat = 0 < self.setting.patience < len(validations) - validations.index(self.best) if validations else False
+        return self.done >= self.steps or flat
+
+    @property
     def best(self) -> int:
         """The step whose weights are used."""
         return min(self.curve, key=lambda figures: figures[self.setting.select])["step"] if self.curve else self.done
@@ -138,6 +151,9 @@ class Training:
     def _parts(self) -> dict:
         optimizers = {f"optimizer_{name}": optimizer for name, optimizer in self.optimizers.items()}
         return {"system": self.system, **optimizers}
+
+    def _batch(self, step: int) -> Sample:
+        return self.data.sample(self._windows(step), self.device)
 
     def _windows(self, step: int) -> np.ndarray:
         """Return the windows ``(batch, 2)`` of a step."""

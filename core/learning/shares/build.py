@@ -3,7 +3,9 @@
 from collections.abc import Callable, Iterator
 from functools import cache
 from os import PathLike
+from pathlib import Path
 
+from ...errors import OutputUnwritable
 from ..datasets import writer
 from ..datasets.listing import TENTHS
 from ..datasets.recording import Recording
@@ -20,9 +22,13 @@ def build(
     """Write about ``hours`` of speech and gesture to ``folder`` and return counts; the same in all runs with one espeak-ng.
 
     Recordings last 20 s; of each speaker's, eight tenths train, a tenth each validates and tests. Raises :class:`S2agError`
-    without espeak-ng.
+    without espeak-ng, and :class:`OutputUnwritable`.
     """
     count = max(round(hours * 3600 / speech.SECONDS), len(TENTHS))
+    try:
+        Path(folder).parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputUnwritable(f"{folder} cannot be made: {error.strerror}.", "Choose another folder.") from error
     return writer.write(_recordings(count, seed, progress), folder, SOURCE)
 
 

@@ -15,6 +15,7 @@ from s2ag.core.learning.bench import table  # noqa: E402
 from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.evaluation import FIGURES, Bench  # noqa: E402
 from s2ag.core.learning.bench.references import reference_rows  # noqa: E402
+from s2ag.core.learning.bench.resident import Resident  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS, Setting  # noqa: E402
 from s2ag.core.learning.bench.training import Training  # noqa: E402
@@ -51,6 +52,19 @@ def test_windows_hold_what_was_heard_and_performed(data, corpus):
     for word, start, _ in words:
         assert sample.words[0, round(start * 15) - first] == meta["words"].index(word) + 4
     assert set(data.corpus.split[data.windows[2][:, 0]]) == {2}
+
+
+@pytest.mark.parametrize("window", [34, 60])
+def test_a_gpu_gathers_the_same_windows(corpus, tmp_path, window):
+    """Tried on a CPU: the arrays lie in torch, and nothing of a batch goes through numpy."""
+    data = Data(corpus, tmp_path, filtered=False, window=window)
+    windows = np.concatenate([data.spread(0, 40), data.spread(2, 10)])
+    windows[0] = 0, 180  # beyond its recording's sound
+    ours, theirs = data.sample(windows), Resident(data, "cpu").sample(windows)
+    for name in ("wave", "cepstra", "words", "timing", "speaker", "directions", "seeds", "mfcc"):
+        one, other = getattr(ours, name), getattr(theirs, name)
+        assert one.dtype == other.dtype and one.shape == other.shape, name
+        torch.testing.assert_close(one, other, rtol=0, atol=1e-6)
 
 
 def test_a_word_under_way_counts_in_the_first_frame(data):
@@ -143,6 +157,16 @@ def test_the_weights_with_the_best_validation_count(data, tmp_path):
         torch.testing.assert_close(one, two, rtol=0, atol=0)
     again = trained(data, tmp_path, "s2ag", steps=6, validate_every=2, select="fgd")
     assert again.done == 6 and again.best == 6
+
+
+def test_a_training_ends_where_its_curve_is_flat(data, tmp_path):
+    scores = iter([5.0, 3.0, 4.0, 2.0, 2.0, 2.5, 1.0])
+    training = trained(data, tmp_path, "s2ag", steps=50, validate_every=1, patience=2)
+    assert training.run(validate=lambda: {"maje_code": next(scores), "fgd": 1.0})
+    assert training.done == 6 and training.best == 4 and next(scores) == 1.0
+    again = trained(data, tmp_path, "s2ag", steps=50, validate_every=1, patience=2)
+    assert again.over and again.run() and again.done == 6
+    assert not trained(data, tmp_path, "s2ag", steps=50, validate_every=1, patience=3).over
 
 
 def test_validation_leaves_the_training_alone(data, tmp_path):
