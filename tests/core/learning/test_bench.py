@@ -270,6 +270,17 @@ def test_side_by_side_gives_the_same_figures(corpus, tmp_path, capsys):
 
 
 @pytest.mark.slow
+def test_a_table_may_count_trainings_that_are_not_over(corpus, tmp_path, capsys):
+    stops = iter([False, False, True])
+    runner = Runner(tmp_path, corpus, TINY.replace(draws=1), say=print)
+    assert runner.go(["gtc"], "", lambda: next(stops)) is None
+    assert main(["bench", "--out", str(tmp_path)]) == 2 and "is at 2 of 3 steps" in capsys.readouterr().err
+    assert main(["bench", "--out", str(tmp_path), "--unfinished"]) == 0
+    row = json.loads((tmp_path / "table.json").read_text())["systems"]["gtc"]
+    assert row["steps"] == 2 and row["best"] == [2] and "| GTC |" in capsys.readouterr().out
+
+
+@pytest.mark.slow
 def test_trainings_side_by_side_stop_and_go_on(corpus, tmp_path):
     runner = Runner(tmp_path, corpus, TINY, say=print)
     assert runner.go(["seq2seq", "gtc"], "", lambda: True, jobs=2) is None and not (tmp_path / "table.md").exists()

@@ -77,9 +77,10 @@ def test_one_command_makes_data_and_table(tmp_path):
 
     Extractor().save(tmp_path / "extractor.safetensors")  # nothing is judged here
     few = ["--steps", "2", "--batch", "8", "--share", "0.05", "--seeds", "1", "--draws", "1", "--validate-every", "1"]
-    command = ["bench", "--setting", "claim", "--out", str(tmp_path), "--hours", "0.05", "--systems", "s2ag-no-judge", *few]
+    out = tmp_path / "not" / "there"
+    command = ["bench", "--setting", "claim-small", "--out", str(out), "--hours", "0.05", "--systems", "s2ag-no-judge", *few]
     assert main([*command, "--extractor", str(tmp_path / "extractor.safetensors")]) == 0
-    meta = json.loads((tmp_path / "data" / "meta.json").read_text())
+    meta = json.loads((out / "data" / "meta.json").read_text())
     assert meta["source"] == "shares" and [one["name"] for one in meta["speakers"]] == [speech.VOICES[0]]
-    split = np.load(tmp_path / "data" / "split.npy")
-    assert np.bincount(split).tolist() == [8, 1, 1] and "by known shares" in (tmp_path / "table.md").read_text()
+    split = np.load(out / "data" / "split.npy")
+    assert np.bincount(split).tolist() == [8, 1, 1] and "by known shares" in (out / "table.md").read_text()
