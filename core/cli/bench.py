@@ -20,7 +20,7 @@ EXAMPLE = """examples:
   s2ag bench --setting claim-small --out claim     makes its own data
   s2ag bench --out bench                     the table of all that has been trained there, whatever its seeds"""
 
-CLAIM_HOURS = {"claim": 3.0, "claim-small": 0.5}
+CLAIM_HOURS = {"claim": 3.0, "claim-small": 1.0}
 CLAIMED = "s2ag", "s2ag-no-mfcc", "s2ag-no-affect", "gtc", "s2ag-no-judge"
 """The settings that make their own data, of so many hours, and their systems."""
 
@@ -35,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "(two cores): the paper's claim, on data with known causes that are made in --out without --data; default small"
     )
     parser.add_argument("--setting", default="small", help=sizes)
-    parser.add_argument("--hours", metavar="X", type=float, help="of speech that claim makes (default: 3; claim-small 0.5)")
+    parser.add_argument("--hours", metavar="X", type=float, help="of speech that claim makes (default: 3; claim-small 1)")
     parser.add_argument("--systems", metavar="A,B", help="only these: seq2seq, jem, s2ag, s2ag-no-judge, ...")
     others = (
         "a row of something that is trained already: a checkpoint (.safetensors), a system's folder of another bench, or a "

@@ -133,7 +133,7 @@ SETTINGS = {
                 diversity_share=0.25, validate_every=200, precision="bf16-mixed"),
         Setting("claim", 0.25, _UNLIMITED, 8000, 64, extractor_steps=2000, windows=1500, draws=3, trained_words=False,
                 diversity_share=0.25, filtered=False, validate_every=250, patience=8),
-        Setting("claim-small", 0.25, _UNLIMITED, 400, 64, extractor_steps=1000, windows=300, draws=2, seeds=(1,),
+        Setting("claim-small", 0.25, _UNLIMITED, 400, 64, extractor_steps=2000, windows=600, draws=2, seeds=(1,),
                 trained_words=False, diversity_share=0.25, filtered=False, validate_every=100, validation_windows=300),
         Setting("full", validate_every=1000, validation_windows=2000),
     )
