@@ -17,12 +17,13 @@ nox.options.sessions = ["lint", "tests"]
 ROOT = Path(__file__).parent
 EXTRAS = nox.project.load_toml("pyproject.toml")["project"]["optional-dependencies"]
 SLOW = ("-m", "slow or not slow")
+PARALLEL = ("-n", "auto", "--dist", "loadfile")
 
 BLENDER = ROOT / "tests" / "blender"
 RIGS = [BLENDER / "rig", BLENDER / "keys", *BLENDER.glob("*/test_*survey.py")]
 PRESSED = ["bone_maps", "drop", "expectations", "learn", "operators", "presets", "settings", "try_it"]
 EXTENSION = [BLENDER / "takes", *(BLENDER / "ui" / f"test_{name}.py" for name in PRESSED), *BLENDER.glob("test_transl*.py")]
-WHOLE = [BLENDER, ROOT / "tests" / "rigs", ROOT / "tests" / "test_extension.py"]
+WHOLE = [BLENDER, ROOT / "tests" / "test_extension.py"]
 """Tests that run beside a Blender: all of its side, or what touches what differs between versions."""
 
 
@@ -69,8 +70,7 @@ def types(session: nox.Session) -> None:
 @nox.session(venv_backend="none", requires=["full"])
 def tests(session: nox.Session) -> None:
     """Run all tests on all cores, slow ones included, and list those that took longest."""
-    options = ("-n", "auto", "--dist", "loadfile", *SLOW, "--durations=15")
-    session.run(of_full(session, "pytest"), *options, *session.posargs, external=True)
+    session.run(of_full(session, "pytest"), *PARALLEL, *SLOW, "--durations=15", *session.posargs, external=True)
 
 
 @nox.session(requires=["full"])
@@ -86,10 +86,10 @@ def tests(session: nox.Session) -> None:
 def blender(session: nox.Session, bpy: str, numpy: str, paths: list[Path]) -> None:
     """Run the Blender side's tests beside one version with the numpy that it ships; the engine runs in ``full``."""
     session.install("-U", "setuptools>=77")
-    session.install(f"bpy=={bpy}", f"numpy=={numpy}", "pytest", "pytest-benchmark", "pytest-timeout")
+    session.install(f"bpy=={bpy}", f"numpy=={numpy}", *asked("dev", "pytest"))
     session.install("--no-deps", "--no-build-isolation", "-e", ".")
     what = session.posargs or map(str, paths)
-    session.run("pytest", *SLOW, "--durations=5", *what, env={"S2AG_PYTHON": of_full(session, "python")})
+    session.run("pytest", *PARALLEL, *SLOW, "--durations=15", *what, env={"S2AG_PYTHON": of_full(session, "python")})
 
 
 @nox.session(python=["3.11", "3.13"], requires=["full"])

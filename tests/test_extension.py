@@ -27,7 +27,6 @@ GUARDED = {
     ("core.sound.audio", "core.sound.av_decoding"),
     ("core.synthesis.features", "core.model.table_features"),
     ("core.synthesis.generation", "core.model.windows"),
-    ("core.synthesis.generation", "core.model.amplitude"),
     ("core.vectors.table", "core.vectors.gensim_reader"),
     ("core.words.transcript", "core.words.recognise"),
     ("core.words.language", "core.words.aligner.espeak"),

@@ -28,6 +28,8 @@ _BESIDE = 1.6
 """Seconds beside what is taken out that a way may use where no other stroke lies."""
 _STOP_FRAMES = (8, 5)
 """Frames in which the speed at either end of a way is lost or gained."""
+_DEPTHS = (1.0, 0.7, 0.45)
+"""Shares of the way home that are tried in a range at rest: where little time is left, a whole one may be a stroke."""
 _AROUND = 2.0
 """Seconds around a way in which strokes are counted."""
 _SUDDEN = 4.0
@@ -170,6 +172,10 @@ def _best_way(
             kept = held.copy()
             kept[:start], kept[stop:] = True, True
             made, strain = transitions.ease_joins(before, made, places, kept)
+            if strain > impossible:  # the strokes beside it may end sooner or begin later
+                made, strain = transitions.ease_joins(before, made, places, held)
+                changed = np.flatnonzero((made.directions != before.directions).any(axis=(1, 2)))
+                start, stop = min(start, int(changed[0])), max(stop, int(changed[-1]) + 1)
             strain = max(strain - impossible, 0)
         cost = _cost(before, made.directions, span, stay, gap.free) + _SUDDEN * strain
         if cost < least - 1e-6:
@@ -189,7 +195,9 @@ def _ways(
         free = np.arange(*span)[~held[slice(*span)]]
         made[np.ix_(free, arms)] = performed.directions[np.ix_(free, arms)]
         yield *span, made
-    for (start, stop), frames in itertools.product(_bounds(gap), _STOP_FRAMES):
+    depths = _DEPTHS if gap.over_home else _DEPTHS[:1]
+    for depth, (start, stop), frames in itertools.product(depths, _bounds(gap), _STOP_FRAMES):
+        low = home if depth == 1 else _raised(directions, home, start, stop, depth)
         count = (stop - start) / fps
         over_home = [one for one in itertools.product(ways.HOME, ways.RISE) if sum(one) <= count]
         over_home = sorted(over_home, key=sum) if gap.over_home else over_home[:: len(ways.RISE) + 1]
@@ -200,9 +208,18 @@ def _ways(
         for plan, pace in itertools.chain(*plans) if count > _PAUSE else itertools.chain(*plans[::-1]):
             made = directions.copy()
             for begin, end in true_runs(~held[start:stop]).tolist():
-                part = ways.path(directions, home, start + begin, start + end, plan, pace, frames)
+                part = ways.path(directions, low, start + begin, start + end, plan, pace, frames)
                 made[start + begin : start + end, arms] = part[:, arms]
             yield start, stop, made
+
+
+def _raised(directions: np.ndarray, home: np.ndarray, start: int, stop: int, depth: float) -> np.ndarray:
+    """Return the body at rest ``(frames, 9, 3)``, in a gap only so far on the way there from the poses at its ends."""
+    ends = directions[[max(start - 1, 0), min(stop, len(directions) - 1)]]
+    between = rest.slerp(ends[0], ends[1], np.linspace(0, 1, stop - start)[:, None])
+    low = home.copy()
+    low[start:stop] = rest.slerp(between, home[start:stop], depth)
+    return low
 
 
 def _bounds(gap: _Gap) -> list[tuple[int, int]]:

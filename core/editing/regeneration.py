@@ -72,7 +72,7 @@ class Regenerator:
     @property
     def style_times(self) -> list[float]:
         """Seconds at which the style changes."""
-        return self.request.change_times
+        return [at for at, _ in self.request.changes]
 
     def rest_pose(self, motion: Motion) -> np.ndarray:
         """Return the performer's rest pose in every frame of a motion ``(frames, 9, 3)``, breathing and swaying."""

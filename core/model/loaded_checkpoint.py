@@ -6,7 +6,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..motion.skeleton import EDGES
 from .config import ModelConfig
 
 
@@ -89,14 +88,3 @@ class LoadedCheckpoint:
     def meanings(self) -> list[str]:
         """Kinds of strokes that can be requested, in the network's order; empty for a regressor."""
         return list(self.meta.get("meanings", ()))[: self.config.meanings]
-
-    @property
-    def gain(self) -> np.ndarray:
-        """Amplitude correction of each edge ``(9,)``, 1 to 1.4: the inverse of the speed ratios measured in validation.
-
-        Regression to the mean makes a regressor's motion too small; a flow's samples need no correction (1)."""
-        if self.draws:
-            return np.ones(len(EDGES))
-        validation = self.meta.get("training", {}).get("validation", {})
-        ratios = validation.get("edge_speed_ratios") or [validation.get("speed_ratio", 1.0)] * len(EDGES)
-        return np.clip(1 / np.maximum(ratios, 1e-3), 1.0, 1.4)

@@ -10,6 +10,7 @@ from ..sound.mfcc import mfcc
 from ..vectors.table import word_per_frame
 from ..words.spelling import normalise
 from .config import ModelConfig
+from .loaded_checkpoint import LoadedCheckpoint
 
 UNKNOWN = 3
 """The table's row for unknown words (reference section A.4)."""
@@ -35,6 +36,16 @@ class TableFeatures:
         rows = {word: row for row, word in enumerate(vocabulary or ()) if word}
         self.rows = np.array([word_row(word, rows) for word, _, _ in self.words] + [0], np.int64)
         self.samples = round(config.frames / skeleton.FPS * SAMPLE_RATE)
+
+    @classmethod
+    def of(
+        cls, checkpoint: LoadedCheckpoint, sound: np.ndarray, words: Sequence[tuple], warnings: list[str]
+    ) -> "TableFeatures":  # fmt: skip
+        """Return what an imported network hears; words that it cannot follow are one of the ``warnings``."""
+        vocabulary = checkpoint.meta.get("vocabulary")
+        if words and not vocabulary:
+            warnings.append("This checkpoint was imported without its vocabulary, so its gestures do not follow the words.")
+        return cls(sound, words, vocabulary, checkpoint.config)
 
     def slice(self, start: int, stop: int) -> tuple[np.ndarray, np.ndarray, None]:
         """Return sound and word rows of the ``config.frames`` frames from ``start``; the end is padded with silence."""

@@ -1,14 +1,19 @@
 """Regressor synthesis of any length: overlapping windows, each seeded with the last poses of the previous one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import torch
 
 from ..errors import Cancelled
-from ..motion import skeleton
+from ..motion import rest, skeleton
+from . import amplitude
 from .encoders import Encoders
+from .loaded_checkpoint import LoadedCheckpoint
 from .seeds import seed_input
+
+Inputs = Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]]
 
 LOOKAHEAD = 12
 """Frames at a window's end that are discarded, because the backward GRU lacks context there."""
@@ -23,10 +28,25 @@ def window_starts(frames: int, window: int, seeds: int) -> list[int]:
     return [int(round(i * (frames - window) / (count - 1))) for i in range(count)]
 
 
+def perform(
+    checkpoint: LoadedCheckpoint, inputs: Inputs, frames: int, styles: np.ndarray, poses: Sequence[tuple],
+    progress: Callable[[float], None], cancelled: Callable[[], bool]
+) -> np.ndarray:  # fmt: skip
+    """Generate directions ``(takes, frames, 9, 3)`` without tremble and as large as people's.
+
+    ``poses`` are the first pose ``(9, 3)`` and the rest pose of each take; all else is as for :func:`generate`."""
+    window, seeds = checkpoint.window
+    first = np.stack([np.repeat(one[None], seeds, 0) for one, _ in poses])
+    network: Any = checkpoint.network
+    made = generate(network.generator, inputs, styles, first, frames, window, progress, cancelled)
+    gain, pairs = amplitude.gain_of(checkpoint.meta), zip(made, poses, strict=True)
+    return np.stack([amplitude.restore_amplitude(rest.remove_jitter(one), gain, pose) for one, (_, pose) in pairs])
+
+
 @torch.inference_mode()
 def generate(
     generator: Encoders,
-    inputs: Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]],
+    inputs: Inputs,
     styles: np.ndarray,
     seed_poses: np.ndarray,
     frames: int,

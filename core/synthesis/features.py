@@ -1,13 +1,13 @@
 """The stage *hear*: everything of a recording that does not depend on style, pose or seed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
 
 from .. import styles
-from ..errors import UnknownStyle, UsageError
+from ..errors import UnknownStyle
 from ..face import animation
 from ..meaning import gesture_selection
 from ..meaning.document import Wanted
@@ -82,7 +82,7 @@ def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> S
             said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
         measurements: list[Callable] = [one.result for one in begun]
         if request.turn:
-            said, spans = speaker_turns.words_of_speaker(said, _text(request), request.turn)
+            said, spans = speaker_turns.words_of_speaker(said, *request.words_from, request.turn)
             sound, other = _separate(sound, spans)
             measurements = _measurements(session.checkpoint, sound)
         return replace(_assemble(session, request, stages, named, said, (sound, other), measurements), chance=chance)
@@ -107,7 +107,10 @@ def _assemble(
 
     def extract() -> tuple[Features, prosody.Prosody | None, np.ndarray]:
         if session.checkpoint.config.words:
-            return _published(session.checkpoint, sound, known, warnings), None, voice_activity.probability(sound)
+            from ..model.table_features import TableFeatures
+
+            tabled = TableFeatures.of(session.checkpoint, sound, known, warnings)
+            return tabled, None, voice_activity.probability(sound)
         from ..model.vector_features import VectorFeatures
 
         mfcc, tracks = (measure() for measure in measurements[:2])
@@ -161,18 +164,6 @@ def _voices(request: Request, sound: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return np.pad(sound, (0, length - len(sound))), np.pad(other, (0, length - len(other)))
 
 
-def _text(request: Request) -> str:
-    """Return the transcript with names of speakers; raises :class:`UsageError` where there is none."""
-    file, text = request.words_from
-    if text is not None:
-        return text
-    if file is None:
-        raise UsageError(
-            "Turns need a transcript with names.", 'Write names in capitals before what is said, as in "ANNA: Hello."'
-        )
-    return transcript.read_text(file)
-
-
 def _separate(sound: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Split a recording into what is said in ``spans`` ``(n, 2)`` of seconds and the rest, both equally long."""
     from ..sound.audio import SAMPLE_RATE
@@ -188,16 +179,6 @@ def _other_voice(other: np.ndarray, activity: np.ndarray) -> OtherVoice:
     from ..sound import audio
 
     return OtherVoice(prosody.analyse(other).phrases, 1 - np.clip(activity, 0, 1), audio.digest(other))
-
-
-def _published(checkpoint: Any, sound: np.ndarray, words: Sequence[tuple], warnings: list[str]) -> Features:
-    """Return what an imported network hears."""
-    from ..model.table_features import TableFeatures
-
-    vocabulary = checkpoint.meta.get("vocabulary")
-    if words and not vocabulary:
-        warnings.append("This checkpoint was imported without its vocabulary, so its gestures do not follow the words.")
-    return TableFeatures(sound, words, vocabulary, checkpoint.config)
 
 
 def _unknown(wishes: hints.HintEffects) -> list[str]:

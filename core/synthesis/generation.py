@@ -39,14 +39,11 @@ def generate(
 
     ``checkpoint`` is a :class:`loaded_checkpoint.LoadedCheckpoint` network."""
     if not checkpoint.draws:
-        from ..model import amplitude, windows
+        from ..model import windows
 
-        latents, seeds = _latents(heard, cast), np.concatenate([one.seeds for one in cast])
-        network, inputs, window = checkpoint.network.generator, heard.features.slice, checkpoint.window[0]
-        made = windows.generate(network, inputs, latents, seeds, heard.frames, window, progress, cancelled)
-        calm, poses = map(rest.remove_jitter, made), (one.rest(heard.frames) for one in cast for _ in one.latents)
-        whole = [amplitude.restore_amplitude(next(calm), checkpoint.gain, pose) for pose in poses]
-        return GeneratedTakes(np.stack(whole), (None,) * len(whole))
+        poses = [(one.first, one.rest(heard.frames)) for one in cast for _ in one.latents]
+        inputs = heard.features.slice, heard.frames, _latents(heard, cast), poses
+        return GeneratedTakes(windows.perform(checkpoint, *inputs, progress, cancelled), (None,) * len(poses))
     wishes = [_controls(heard, one) for one in cast]
     asked = [_asked_strokes(checkpoint, heard, one, controls) for one, controls in zip(cast, wishes, strict=True)]
     lively = [_noise_scale(heard.activity, controls[accent_selection.AROUSAL]) for controls in wishes]
@@ -87,20 +84,16 @@ def _asked_strokes(
     if not checkpoint.meanings:
         return None
     written = stroke_conditions.stroke_channels(heard.wishes, heard.words, checkpoint.meanings, frames, controls["hand"])
-    tastes = _tastes(heard, performers)
-    if tastes is None or heard.rhythm is None:
+    rhythm = heard.rhythm
+    tastes = performers.taste(frames) if rhythm is not None and rhythm.accents else None
+    if tastes is None or rhythm is None:
         return None if written is None else np.repeat(written[None], len(performers.latents), axis=0)
     marked = np.zeros((frames, len(stroke_requests.CHANNELS)), np.float32) if written is None else written
     taken = marked[:, 0] > 0
     turns = () if performers.begins is None else performers.begins / skeleton.FPS
     keys = [(request.keyed_seed, identity, performers.who) for identity in request.identities]
-    accents = [accent_selection.accent_channels(heard.rhythm, tastes, controls, key, taken, turns) for key in keys]
+    accents = [accent_selection.accent_channels(rhythm, tastes, controls, key, taken, turns) for key in keys]
     return np.stack([marked if one is None else np.where(taken[:, None], marked, one) for one in accents])
-
-
-def _tastes(heard: SpeechFeatures, performers: StyleSequence) -> np.ndarray | None:
-    """Return tastes ``(frames or 1, 8)`` by which takes choose their accents, None where there are no accents or no tastes."""
-    return performers.taste(heard.frames) if heard.rhythm is not None and heard.rhythm.accents else None
 
 
 def _noise_scale(activity: np.ndarray, arousal: np.ndarray | float) -> np.ndarray:
@@ -114,7 +107,7 @@ def cache_key(checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequen
     """Return all that a performance depends on beside recording, words and network: a key of the session's cache."""
     latents = _latents(heard, cast)
     if not checkpoint.draws:
-        return latents.shape, latents.tobytes(), np.concatenate([one.seeds for one in cast]).tobytes()
+        return latents.shape, latents.tobytes(), np.stack([one.first for one in cast]).tobytes()
     given = [one.given(heard.frames) for one in cast]
     kept = tuple((one.frames.tobytes(), one.directions.tobytes()) for one in given)
     drawn = tuple((one.keyed_seed, *one.identities, one.hand, str(one.curves)) for one in (each.request for each in cast))

@@ -81,11 +81,6 @@ class Request(Settings):
         return replace(self, changes=(*self.changes, *changes), curves={**self.curves, **curves})
 
     @property
-    def change_times(self) -> list[float]:
-        """Seconds at which the style changes."""
-        return [at for at, _ in self.changes]
-
-    @property
     def identities(self) -> list[tuple]:
         """What tells the takes apart (:func:`styles.take_identities`)."""
         return styles.take_identities(self.take, self.takes, tuple(self.near), self.spread, self.step)

@@ -13,7 +13,6 @@ import numpy as np
 
 from ..errors import UsageError
 from ..meaning import vocabulary as meanings
-from ..motion.motion import Motion
 from ..words import language as languages
 from ..words import transcript
 from ..words.cache import Cache, default_folder
@@ -119,7 +118,7 @@ class Session:
         drawn = self._draw(heard, cast, recording, memory, stages)
         results = []
         for performers, takes, unsaid in zip(cast, drawn.split([len(one.latents) for one in cast]), missed, strict=True):
-            motions = stages.run("finish", partial(self._finish, heard, performers, takes))
+            motions = stages.run("finish", partial(postprocess.express, self.checkpoint, heard, performers, takes))
             warnings = heard.warnings + unsaid + _other_weights(self.checkpoint, performers.request)
             warnings += _skipped_hints(heard, performers)
             results.append(Result(motions, heard.words, warnings, dict(stages.seconds), performers.own))
@@ -161,9 +160,6 @@ class Session:
             drawn = stages.run("generate", lambda: generation.generate(self.checkpoint, heard, cast, *callbacks))
         memory.keep(recording, heard, key, drawn)
         return drawn
-
-    def _finish(self, heard: SpeechFeatures, performers: StyleSequence, drawn: GeneratedTakes) -> list[Motion]:
-        return postprocess.express(self.checkpoint, heard, performers, drawn)
 
 
 def _other_weights(checkpoint: Any, request: Request) -> list[str]:

@@ -27,7 +27,8 @@ class SessionCache:
 
     def keep(self, recording: tuple, heard: Any, performers: tuple, made: Any) -> None:
         """Remember a recording and a performance instead of the former ones."""
-        self._heard, self._made = (recording, heard), (performers, made)
+        self.keep_heard(recording, heard)
+        self._made = (performers, made)
 
 
 def recording_settings(request: Settings) -> tuple[str, ...]:

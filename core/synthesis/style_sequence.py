@@ -25,17 +25,15 @@ class StyleSequence:
     that begin on the way.
 
     ``style``: weights of speakers by name for each step; ``begins`` ``(steps - 1,)``: frames at which later styles begin, None
-    for a walk; ``rests`` ``(steps, 9, 3)``: rest poses; ``latents`` ``(takes, steps, size)``; ``seeds``
-    ``(takes, frames, 9, 3)``: seed poses of a regressor; ``readiness``: how readily phrases are shown by gestures of their own,
-    0..1; ``chances`` ``(steps,)``: scale of the noise; ``tastes`` ``(steps, 8)``: how accents are answered
-    (:data:`accent_selection.FACTS`), None if unknown; ``steer`` moves points ``(takes, frames, size)`` along the curves of
-    controls and what is heard, None without any."""
+    for a walk; ``rests`` ``(steps, 9, 3)``: rest poses; ``latents`` ``(takes, steps, size)``; ``readiness``: how readily
+    phrases are shown by gestures of their own, 0..1; ``chances`` ``(steps,)``: scale of the noise; ``tastes`` ``(steps, 8)``:
+    how accents are answered (:data:`accent_selection.FACTS`), None if unknown; ``steer`` moves points
+    ``(takes, frames, size)`` along the curves of controls and what is heard, None without any."""
 
     request: Request
     style: list[dict[str, float] | str]
     rests: np.ndarray
     latents: np.ndarray
-    seeds: np.ndarray
     readiness: float
     chances: np.ndarray
     begins: np.ndarray | None = None
@@ -56,6 +54,11 @@ class StyleSequence:
     def who(self) -> dict[str, float] | None:
         """Weights of the speakers who key a take's random numbers; those of the first step, so that a change is not seen."""
         return self.style[0] if isinstance(self.style[0], dict) else None
+
+    @property
+    def first(self) -> np.ndarray:
+        """The first frame ``(9, 3)``: the one that is given, or else the rest pose."""
+        return skeleton.normalize(self.request.first_pose(self.rests[0])).astype(np.float32)
 
     @property
     def own(self) -> np.ndarray:
@@ -124,14 +127,12 @@ def from_request(
         latents = np.concatenate([latents, *later], axis=1)
     else:
         latents = np.stack([draw_latents(checkpoint, request, step) for step in weights], axis=1)
-    shape = len(latents), checkpoint.window[1], 9, 3
-    seeds = np.broadcast_to(skeleton.normalize(request.first_pose(rests[0])), shape).astype(np.float32)
     named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
     chances = np.array([_fact(speakers, step, "chance", 1.0) for step in weights])
     ready = _fact(speakers, weights[0], "semantic", _READY)
     begins = np.array([at * skeleton.FPS for at in turns]) if turns else None
     steer, tastes = _steering(checkpoint, request, heard), _tastes(speakers, weights)
-    return StyleSequence(request, named, rests, latents, seeds, ready, chances, begins, steer, tastes)
+    return StyleSequence(request, named, rests, latents, ready, chances, begins, steer, tastes)
 
 
 def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | None) -> np.ndarray:

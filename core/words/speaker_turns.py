@@ -2,30 +2,34 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from os import PathLike
 
 import numpy as np
 
 from ..errors import UsageError
 from ..motion.interpolation import true_runs
 from . import markup
-from .transcript import TimedTranscript
+from .transcript import TimedTranscript, read_text
 
+_NAMES = 'Write names in capitals before what is said, as in "ANNA: Hello."'
 _MARGIN_SECONDS = 0.25
 """A turn extends this far beyond its words, unless somebody else speaks there."""
 
 
-def words_of_speaker(said: TimedTranscript, text: str, who: str) -> tuple[TimedTranscript, np.ndarray]:
+def words_of_speaker(
+    said: TimedTranscript, file: str | PathLike | None, text: str | None, who: str
+) -> tuple[TimedTranscript, np.ndarray]:
     """Return the words of the speaker ``who``, and the turns ``(n, 2)`` of that speaker in seconds.
 
-    ``said`` are the aligned words of the plain ``text``. Raises :class:`UsageError` if the text has no such speaker or its
-    words do not match ``said``."""
+    ``said`` are the aligned words of the plain ``text``, or of a ``file``. Raises :class:`UsageError` if neither is given, the
+    text has no such speaker or its words do not match ``said``."""
+    if text is None and file is None:
+        raise UsageError("Turns need a transcript with names.", _NAMES)
+    text = read_text(file) if text is None and file is not None else text or ""
     pieces = markup.split_speakers(text)
     names = list(dict.fromkeys(name for name, _ in pieces if name))
     if who.casefold() not in {name.casefold() for name in names}:
-        listed = (
-            f"Names are {', '.join(names)}." if names else 'Write names in capitals before what is said, as in "ANNA: Hello."'
-        )
-        raise UsageError(f"The transcript names no {who}.", listed)
+        raise UsageError(f"The transcript names no {who}.", f"Names are {', '.join(names)}." if names else _NAMES)
     speaker = [name.casefold() for name, piece in pieces for _ in markup.parse(piece).tokens]
     if len(speaker) != len(said.words):
         raise UsageError("Whose words are whose cannot be told.", "Give a plain text with names before its lines.")

@@ -155,7 +155,7 @@ def read_turns(path: Path) -> None:
     marked = markup.parse(text)
     words = tuple((shown, 0.1 * number, 0.1 * number + 0.1) for number, (shown, _) in enumerate(marked.tokens))
     heard = transcript.TimedTranscript(words, (1.0,) * len(words), tuple(marked.marks))
-    mine, spans = speaker_turns.words_of_speaker(heard, text, "anna")
+    mine, spans = speaker_turns.words_of_speaker(heard, None, text, "anna")
     assert len(mine.words) == len(mine.confidence)
     assert (spans[:, 0] <= spans[:, 1]).all() and (spans[1:, 0] >= spans[:-1, 1]).all()
     assert all(0 <= mark.first <= mark.last <= len(mine.words) for mark in mine.marks)

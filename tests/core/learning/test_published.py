@@ -13,6 +13,7 @@ from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CheckpointUnreadable, UsageError  # noqa: E402
 from s2ag.core.learning.bench import published  # noqa: E402
 from s2ag.core.model import checkpoint, checkpoint_metadata, loading  # noqa: E402
+from s2ag.core.model.amplitude import gain_of  # noqa: E402
 from s2ag.core.synthesis.session import Request, Session  # noqa: E402
 from sounds import write_wav  # noqa: E402
 from toy_bench import write_bench_corpus  # noqa: E402
@@ -59,7 +60,7 @@ def test_a_name_performs_what_was_made_under_it(corpus, home, tmp_path, capsys):
     assert path == home / "published.safetensors" and facts["steps"] == 3 and facts["kind"] == "s2ag"
     loaded = loading.load("published")
     assert loaded.config.name == "published" and loaded.window == (34, 4)
-    assert all(1 <= gain <= 1.4 for gain in loaded.gain)
+    assert all(1 <= gain <= 1.4 for gain in gain_of(loaded.meta))
     stored = json.loads(path.with_suffix(".json").read_text())
     assert stored["training"]["validation"]["maje_code"] > 0
     assert stored["vocabulary"][4:] == ["one", "beautiful", "day", "of", "gestures"]

@@ -85,7 +85,7 @@ def test_marks_count_the_words_of_one_speaker():
     text = "ANNA: One two.\nBERT: {big} three *four*."
     words = tuple((name, float(at), at + 0.5) for at, name in enumerate(("One", "two", "three", "four")))
     marks = tuple(markup.parse(text).marks)
-    said, spans = speaker_turns.words_of_speaker(TimedTranscript(words, (1.0,) * 4, marks), text, "Bert")
+    said, spans = speaker_turns.words_of_speaker(TimedTranscript(words, (1.0,) * 4, marks), None, text, "Bert")
     assert [word for word, *_ in said.words] == ["three", "four"]
     assert {(mark.kind, mark.first, mark.last) for mark in said.marks} == {("hint", 0, 2), ("stress", 1, 2)}
     assert spans.tolist() == [[1.75, 3.75]]
