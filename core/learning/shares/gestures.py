@@ -73,6 +73,11 @@ def axes() -> dict[str, np.ndarray]:
     return {name: whole[end - size : end] for (name, size), end in zip(_SIZES.items(), ends, strict=True)}
 
 
+def arms(directions: np.ndarray) -> np.ndarray:
+    """Return the four bones of the arms ``(..., 12)`` of directions ``(..., 9, 3)``."""
+    return directions[..., _ARMS, :].reshape(*directions.shape[:-2], 3 * len(_ARMS))
+
+
 def _codes(name: str, count: int) -> np.ndarray:
     """Return a unit direction ``(count, 3)`` for each word or speaker."""
     return normalize(np.random.default_rng((_KEY, len(name))).normal(size=(count, 3)))

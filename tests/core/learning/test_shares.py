@@ -19,14 +19,10 @@ def talks():
     return spoken, [gestures.sources(one, 0, number) for number, one in enumerate(spoken)]
 
 
-def arms(directions):
-    return directions[:, gestures._ARMS].reshape(len(directions), -1)
-
-
 def test_every_source_moves_the_arms_by_its_share(talks):
     _, made = talks
     factors = gestures.scales([tracks for tracks, _ in made])
-    moved = np.concatenate([arms(gestures.perform(tracks, affect, factors)) for tracks, affect in made])
+    moved = np.concatenate([gestures.arms(gestures.perform(tracks, affect, factors)) for tracks, affect in made])
     moved -= moved.mean(0)
     for name, share in gestures.SHARES.items():
         source = np.concatenate([tracks[name] for tracks, _ in made])
@@ -36,10 +32,24 @@ def test_every_source_moves_the_arms_by_its_share(talks):
     assert sum(gestures.SHARES.values()) == pytest.approx(1)
 
 
+def test_what_a_motion_knows_of_each_source_is_told_apart(talks):
+    pytest.importorskip("torch")
+    from s2ag.core.learning.shares.told import told
+
+    _, made = talks
+    factors = gestures.scales([tracks for tracks, _ in made])
+    real = np.stack([gestures.perform(tracks, affect, factors)[:34] for tracks, affect in made])
+    for name in set(gestures.SHARES) - {"chance"}:  # of which bones of unit length tell half
+        without = [gestures.perform({**tracks, name: 0 * tracks[name]}, affect, factors)[:34] for tracks, affect in made]
+        found = told(np.stack(without), real, 4)
+        assert found[name] < 0.3 and all(share > 0.7 for other, share in found.items() if other != name), (name, found)
+    assert all(share == 1 for share in told(real, real, 4).values())
+
+
 def test_one_affect_is_seen_alone_and_one_is_heard_alone(talks):
     spoken, made = talks
     factors = gestures.scales([tracks for tracks, _ in made])
-    lean = [gestures.perform(*one, factors)[:, 0, 0].mean() for one in made]
+    lean = [gestures.perform(tracks, seen, factors)[:, 0, 0].mean() for tracks, seen in made]
     affect = [seen for _, seen in made]
     assert np.corrcoef(lean, affect)[0, 1] > 0.99
     for heard in ("loudness", "timbre"):
