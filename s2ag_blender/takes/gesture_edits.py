@@ -16,7 +16,7 @@ from .. import json_properties, provenance
 from ..datablocks import ArmatureObject
 from ..keys import key_restoring
 from ..keys.apply import scene_fps
-from . import markers, menu_items, stored_settings, take_list, timing, versions
+from . import markers, take_list, timing, versions
 
 GESTURES = "s2ag_gestures"
 """Name of an action's custom property: JSON of the take's gestures."""
@@ -242,9 +242,7 @@ def plan_arguments(action: bpy.types.Action, edits: list[dict]) -> dict[str, Any
     """Return arguments for ``generate.plan`` that make a take again with these edits.
 
     Raises :class:`UsageError` if the take was made by other weights."""
-    meta = provenance.require(action)
-    hash_ = menu_items.speakers_and_controls(stored_settings.settings_view(meta["settings"])).get("hash")
-    if hash_ and meta.get("checkpoint") not in (None, hash_):
+    if take_list.has_other_weights(provenance.require(action)):
         remedy = "Generate a new take, and direct that."
         raise UsageError("The take was made by other weights, so phrases would not fit in.", remedy)
     return take_list.remake_arguments(action, edits=edits, former=action)

@@ -1,6 +1,6 @@
 """Manages the takes of a character: adds, shows, names, deletes them, and plans more takes like them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from ..datablocks import ArmatureObject
 from ..keys import layers
 from ..keys.apply import scene_fps
 from ..translations import translate, translate_style
-from . import drafts, sound_strips, stored_settings
+from . import drafts, menu_items, sound_strips, stored_settings
 
 _LONGEST_LINE = 24
 """Letters of a recording's name in that of an action; Blender before 5.0 cuts names at 63 bytes."""
@@ -163,11 +163,19 @@ def remake_arguments(action: bpy.types.Action, **changes: Any) -> dict[str, Any]
     return {**same, **restored(meta, "take"), **changes}
 
 
+def has_other_weights(meta: Mapping[str, Any]) -> bool:
+    """Return whether the take with this provenance was made by other weights than its settings name now."""
+    hash_ = menu_items.speakers_and_controls(stored_settings.settings_view(meta["settings"])).get("hash")
+    return bool(hash_) and meta.get("checkpoint") not in (None, hash_)
+
+
 def recall_settings(armature: ArmatureObject, action: bpy.types.Action) -> str:
     """Restore the settings with which a take was made; return a sentence on what they do not make again, "" for nothing."""
     meta = provenance.require(action)
     stored_settings.restore(armature.s2ag, meta["settings"])
     armature.s2ag.seed = meta["seed"]
+    if has_other_weights(meta):
+        return translate("The take was made by other weights, so phrases would not fit in.")
     if "chance" in meta:
         return ""
     return translate("An earlier version made this take: these settings make another one now. Changes of it still fit in")

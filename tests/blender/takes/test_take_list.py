@@ -156,6 +156,8 @@ def test_a_take_keeps_its_chance_and_one_from_before_has_none(speaker):
     assert take_list.variation_arguments(speaker, action, 0.2, 1)["chance"] == 0
     assert "chance" not in generate.plan(bpy.context, speaker, **take_list.reroll_arguments(speaker, action)).params
     assert take_list.recall_settings(speaker, action).startswith("An earlier version made this take")
+    provenance.stamp(action, {**meta, "checkpoint": "of another network"})
+    assert take_list.recall_settings(speaker, action).startswith("The take was made by other weights")
 
 
 def test_variations_are_near_their_take_and_never_the_same(three):
