@@ -146,7 +146,7 @@ class S2AG_PT_decisions(Sidebar, bpy.types.Panel):
             part.active, part.alert = not is_off, number in unmet
             words = decisions.words_of(edit, action, menu_items.gesture_label)
             words = translate("{words} (not possible here)", words=words) if number in unmet else words
-            part.label(text=words, translate=False)
+            part.label(text=f"{number + 1}  {words}", translate=False)
             if edit["do"] in _CHANGEABLE:
                 button = row.operator("s2ag.change_decision", text="", icon="GREASEPENCIL", emboss=False)
                 button.number = number

@@ -11,7 +11,7 @@ from ..takes import gesture_edits, menu_items, retiming, take_list, versions
 from ..takes.operator_base import character
 from ..translations import translate
 from .bases import OperatorResult, require_character
-from .panel import Sidebar, draw_sentence
+from .panel import Sidebar, draw_sentence, draw_warnings
 from .take_ops import OnTake
 
 _MIN_PIXELS, _NEW_SHARE = 150, 0.3
@@ -85,6 +85,8 @@ def _dope_sheet(context: Context) -> bpy.types.Area | None:
         bpy.ops.screen.area_split(direction="HORIZONTAL", factor=_NEW_SHARE)
     sheet = next(area for area in context.screen.areas if area not in areas)
     sheet.type = "DOPESHEET_EDITOR"
+    space: Any = sheet.spaces.active
+    space.show_region_ui = False
     return sheet
 
 
@@ -169,6 +171,7 @@ def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
     button.back = False
     row.operator("s2ag.drop_versions", text="", icon="TRASH")
     layout.label(text=versions.version_title(take) or translate("As it was generated"), translate=False)
+    draw_warnings(layout, take)
 
 
 CLASSES = (S2AG_UL_gestures, S2AG_OT_show_markers, S2AG_PT_directing)

@@ -8,7 +8,7 @@ from ...core.worker import interpreter
 from ..datablocks import ArmatureObject, Context
 from ..engine import engine_state, errors_log
 from ..rig import readiness
-from ..takes import menu_items, preview, session, sources, take_list
+from ..takes import menu_items, preview, session, sources, take_list, versions
 from ..takes.operator_base import character
 from ..translations import translate
 from . import presets
@@ -175,9 +175,15 @@ def draw_run(layout: bpy.types.UILayout, armature: ArmatureObject, context: Cont
     if errors_log.latest() is not None and session.messages(armature):
         layout.operator("s2ag.open_log", icon="TEXT")
     take = take_list.active(armature)
-    for warning in take.warnings.splitlines() if take is not None else ():
-        draw_sentence(layout, translate(warning), "ERROR")
+    if take is not None and versions.version_position(take)[1] < 2:
+        draw_warnings(layout, take)
     draw_range_warning(layout, armature, context.scene)
+
+
+def draw_warnings(layout: bpy.types.UILayout, take: Any) -> None:
+    """Draw the warnings of a take; of one with versions below the buttons that flip through them, lest those jump."""
+    for warning in take.warnings.splitlines():
+        draw_sentence(layout, translate(warning), "ERROR")
 
 
 def draw_progress(layout: bpy.types.UILayout, armature: ArmatureObject) -> bool:

@@ -9,6 +9,7 @@ from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.takes import decisions, gesture_edits, versions
 from s2ag.s2ag_blender.ui import decisions as panel
 from s2ag.s2ag_blender.ui import gesture_panel
+from s2ag.s2ag_blender.ui import panel as main_panel
 
 
 def shown(armature):
@@ -106,7 +107,9 @@ def test_a_version_is_named_after_what_it_did(speaker, take):
     press(bpy.ops.s2ag.change_gesture, size=1.6)
     held = speaker.s2ag.takes[0]
     assert versions.version_title(held).startswith("× 1.6, ") and f"{one.at:.1f} s" in versions.version_title(held)
-    assert versions.version_title(held) in drawn(gesture_panel.S2AG_PT_directing)
+    held.warnings = "Short told."
+    assert {versions.version_title(held), held.warnings} <= drawn(gesture_panel.S2AG_PT_directing).keys()
+    assert held.warnings not in drawn(main_panel.S2AG_PT_gestures)  # where the buttons that flip would jump with it
     press(bpy.ops.s2ag.flip_version, back=True)
     assert "As it was generated" in drawn(gesture_panel.S2AG_PT_directing)
 
@@ -120,7 +123,7 @@ def test_one_decision_is_taken_back_and_had_again(speaker, take):
     press(bpy.ops.s2ag.delete_gesture)
     both = curves(now(speaker))
     words = [decisions.words_of(edit, now(speaker)) for edit in gesture_edits.edits_of(now(speaker))]
-    assert all(text in drawn(panel.S2AG_PT_decisions) for text in words)
+    assert all(f"{number}  {text}" in drawn(panel.S2AG_PT_decisions) for number, text in enumerate(words, 1))
     press(bpy.ops.s2ag.switch_decision, number=1)
     assert same(one, now(speaker)) and [edit.get("off") for edit in gesture_edits.edits_of(now(speaker))] == [None, True]
     assert versions.version_title(speaker.s2ag.takes[0]).startswith("Off: ")
