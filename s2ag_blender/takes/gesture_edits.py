@@ -180,7 +180,7 @@ def chosen_gestures(action: bpy.types.Action, scene: bpy.types.Scene) -> list[Sh
 def preview_range(action: bpy.types.Action, scene: bpy.types.Scene, settings: Any) -> tuple[float, float]:
     """Return the seconds of the preview range; raises :class:`UsageError` without one."""
     if not scene.use_preview_range:
-        raise UsageError("No preview range is set.", "Set one in the timeline: it is made anew.")
+        raise UsageError("No preview range is set.", "Press P over the timeline and drag.")
     first, last = (seconds_at(action, scene, at) for at in (scene.frame_preview_start, scene.frame_preview_end))
     return first, last
 

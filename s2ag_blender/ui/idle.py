@@ -9,7 +9,6 @@ import bpy
 
 from ...core.errors import S2agError
 from ...core.settings import names_with
-from ...rigs.slices import run_to_end
 from ..datablocks import ArmatureObject, Context
 from ..keys import apply
 from ..rig import chosen_bones
@@ -75,9 +74,11 @@ class S2AG_OT_idle(ModalOperator, NeedsCharacter, bpy.types.Operator):
         return idle_in_slices(armatures, scene.frame_start, scene, self.seconds, self.stillness, self.loop)
 
     def execute(self, context: Context) -> OperatorResult:
+        from ...rigs.slices import run_to_end  # registering is to run nothing of rigs
+
         return self.finished(run_to_end(self.slices(context)))
 
-    def begun(self, context: Context) -> session.SlicedRun:
+    def begun(self, context: Context) -> "session.SlicedRun":
         return session.SlicedRun(self.slices(context), translate("Idle"))
 
     def finished(self, outcome: tuple[list[bpy.types.Action], list[S2agError]]) -> OperatorResult:

@@ -45,9 +45,11 @@ import os, sys, types, bpy
 sys.modules["numpy"] = None
 import s2ag
 s2ag.register()
+for module in sys.modules.values():  # as Blender's preferences do, and some Blenders when they quit
+    getattr(module, "__file__", None)
 ran = [name for name, module in sys.modules.items() if name.startswith("s2ag.") and type(module) is types.ModuleType]
 print("ran", *ran, flush=True)
-os._exit(0)  # some Blenders look into every module when they quit
+os._exit(0)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     _, *ran = next(line for line in done.stdout.splitlines() if line.startswith("ran ")).split()
