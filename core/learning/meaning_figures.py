@@ -23,7 +23,7 @@ STYLES = ("calm lecturer", "stern", "excited teenager")
 _STRAIGHT, _SIDE = 35.0, ("left", "right")
 """A finger that is bent less, in degrees, is straight."""
 NUMBERS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-_WIDER, _CLOSER = ("wide", "grow", "big", "split", "open"), ("merge")
+_WIDER, _CLOSER = ("wide", "grow", "big", "split", "open"), ("merge",)
 _OUT, _IN = ("forward", "future", "push", "give", "throw", "out", "far"), ("back", "past", "pull", "take", "come")
 _DOWN = ("fall", "low", "force", "certain", "now", "here")
 _UP = ("rise", "high", "think", "listen", "phone", "eat")
@@ -124,7 +124,7 @@ def meant(schema: str, seen: dict[str, float]) -> tuple[str, bool]:
         return "way", seen["way"] >= 0.2
     if schema in _SIDE:
         return "side", seen["side"] * (-1 if schema == "left" else 1) > 0.2
-    least = {"circle": 200.0, "mix": 400.0}
+    least = {"circle": 180.0, "mix": 400.0}  # of two hands each draws half a circle
     if schema in least:
         return "round", seen["round"] >= least[schema]
     if schema == "negation":

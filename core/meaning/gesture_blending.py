@@ -14,6 +14,8 @@ _HEAD, _TRUNK = (1, 2), (3, 6)
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _SHAKES, _SHAKE_SECONDS = 2.0, 1.1
 """Number of cycles of a head shake, and its duration."""
+_ROLL = -0.3
+"""Degrees by which a head that shakes tilts, for each that it turns: of a head that is upright a turn alone shows little."""
 _SINK = 0.08
 """Share of the stroke by which an arm sinks during the hold."""
 _MARGIN_SECONDS = 0.6
@@ -102,8 +104,9 @@ def _move_body(part: np.ndarray, item: ScheduledGesture, arms: tuple[bool, bool]
     for edge, sign in zip(_TRUNK, (-1, 1), strict=True):
         part[:, edge] = rotate_about_axis(part[:, edge], 2, -sign * gesture.shoulders * landed)
     phase = np.clip((time - item.lands + 0.3) / _SHAKE_SECONDS, 0, 1)
-    yaw = gesture.shake * np.sin(2 * np.pi * _SHAKES * phase) * np.sin(np.pi * phase) + gesture.turn * side * landed
-    roll = (side or 1.0) * gesture.tilt * landed
+    shaken = gesture.shake * np.sin(2 * np.pi * _SHAKES * phase) * np.sin(np.pi * phase)
+    yaw = shaken + gesture.turn * side * landed
+    roll = (side or 1.0) * gesture.tilt * landed + _ROLL * shaken
     for edge in _HEAD:
         part[:, edge] = rotate_about_axis(rotate_about_axis(part[:, edge], 2, roll), 1, yaw)
 

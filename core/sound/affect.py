@@ -34,10 +34,12 @@ _VALENCE = np.array([0, 0, 0, 0, 0.7, 1.0, 0.5, 0.5, 0])
 _VALENCE_OF_AROUSAL, _AROUSAL_SPREAD = 1.28, 0.76
 """How much valence counts the mean of the first four: anger is harsher than joy, and both are harsher than calm speech."""
 _DOMINANCE = np.array([1.0, -0.5, 0, 0, 0, 0, 0, 0, 0.5])
-_OF_SOUND, _OF_WORDS = np.array([0.4, 0.1]), 0.25
+_CLEAN = 1.5
+"""Deviations of valence that count as none: clean voices lie three above readers at home, whatever they feel."""
+_OF_SOUND, _OF_WORDS = np.array([0.35, 0.1]), 0.25
 """Valence and dominance of one deviation in the sound, and both in the words: valence tells acted joy from anger in three of
-four pairs, dominance hardly anything, and a body that opens for anger's dominance would hide that. With more of the sound clean
-voices are pleased whatever they feel: they lie three deviations above readers, where joy lies 0.7 above anger."""
+four pairs, dominance hardly anything, and a body that opens for anger's dominance would hide that. Joy lies 0.7 deviations
+above anger: with more of the sound voices would be wholly pleased or not at all, where it is lost."""
 _KNOWN, _STRANGE, _OWN = 20.0, 5.0, np.array([0.5, 0.8, 0.5])
 """Once so many seconds of somebody were heard, centres have moved by these shares to his own middle, beginning at the second:
 all the way would be wrong where all that was heard is of one mood. Valence moves most: voices and microphones differ in it by
@@ -82,7 +84,7 @@ def rate(units: Units, said: np.ndarray) -> np.ndarray:
     aroused = scores[:, :_AROUSAL].sum(1) / np.maximum(known, 1)
     sound = np.stack([
         aroused - _ORDINARY,
-        scores @ _VALENCE + _VALENCE_OF_AROUSAL / _AROUSAL_SPREAD * aroused,
+        scores @ _VALENCE + _VALENCE_OF_AROUSAL / _AROUSAL_SPREAD * aroused - _CLEAN,
         scores @ _DOMINANCE,
     ], axis=1)  # fmt: skip
     nuclei, pure = heard[:, NAMES.index("nuclei")], heard[:, NAMES.index("harmonicity")]

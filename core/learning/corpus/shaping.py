@@ -48,6 +48,11 @@ _FOLLOW = {"head": 1.0, "trunk": 1.2}
 """Gains of what arms predict of head and trunk."""
 _OWN_HEAD, _OWN_LEAN = 0.6, 0.5
 """Shares of the footage's own slow head and trunk that are kept."""
+_ASIDE_OF_HANDS, _OWN_ASIDE, _PLACED = -0.3, 0.5, 2.0
+"""Mean sideways part of captured bent forearms (inwards), the share of the footage's own difference from it that is kept, and
+the seconds over which it is taken: where hands live is the performer's and the mood's, not of the piece that is shown."""
+_OPEN, _CLOSE = (12, 32), (8, 19)
+"""Degrees by which elbows and forearms go outwards for a valence of 1, and inwards for -1: arms that close far would cross."""
 _SLOW_TRUNK = 1.5
 """Seconds of the Gaussian that tells slow leans and turns from quick ones."""
 _SINK, _PAUSE, _SILENCE = 0.7, 0.35, 1.6
@@ -175,11 +180,14 @@ def _place(body: np.ndarray, manner: Manner, affect: np.ndarray, random: np.rand
     arousal, valence, dominance = affect.T
     height = manner.height + 13 * arousal + 4 * valence + 3 * dominance + 4 * _wander(len(body), 6.0, random)
     wide = manner.wide + 3 * _wander(len(body), 5.0, random)
+    elbows, forearms = (np.where(valence > 0, more, less) * valence for more, less in zip(_OPEN, _CLOSE, strict=True))
     for (upper, fore), out in _SIDES:
         bent = np.clip(1 - (body[:, upper] * body[:, fore]).sum(-1), 0, 0.6) / 0.6
-        elbow = wide + 9 * dominance + 8 * valence + arousal
+        slow = smooth(body[:, fore, 0], _PLACED)
+        body[:, fore, 0] += (1 - _OWN_ASIDE) * bent * (out * _ASIDE_OF_HANDS - slow)
+        elbow = wide + 9 * dominance + elbows + arousal
         turn(body, (upper,), pitch=-0.45 * height * bent, roll=out * elbow)
-        apart = wide + 19 * valence + 4 * dominance
+        apart = wide + forearms + 4 * dominance
         turn(body, (fore,), pitch=-height * bent, roll=out * 0.6 * elbow, yaw=-out * apart * bent)
 
 

