@@ -57,7 +57,7 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
     "meaning": ("core/motion/stroke_requests.py",),  # a channel
     "rate": ("core/motion/",),  # frames a second
     "turn": ("core/meaning/",),  # of a palm
-    "listen": ("s2ag_blender/takes/stages.py", "s2ag_blender/takes/gesture_kinds.py"),  # a stage of the engine, a gesture
+    "listen": ("s2ag_blender/takes/stages.py",),  # a stage of the engine
     "spread": ("core/motion/", "core/synthesis/accent_selection.py", "core/sampling/", "rigs/"),  # of fingers, chances
     "rhubarb": ("core/motion/",),  # a format
     "language": ("core/words/",),  # what a recogniser takes
@@ -79,7 +79,7 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
         *("s2ag_blender/takes/gesture_edits.py", "s2ag_blender/ui/decisions.py"),
     ),
     "take": (  # a motion file, a word, a gesture, and the number in a record or in provenance
-        *("s2ag_blender/takes/gesture_kinds.py", "core/cli/edit.py", "core/words/hints.py", "core/batch/summary.py", *_STATED),
+        *("core/cli/edit.py", "core/words/hints.py", "core/batch/summary.py", *_STATED),
     ),
     "near": _STATED,
     "chance": ("core/synthesis/style_sequence.py",),  # a fact of a speaker

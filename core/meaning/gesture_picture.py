@@ -1,8 +1,11 @@
 """Small pictures of gestures: a figure seen from the front, where its hands go, and its fingers as the stroke ends."""
 
+from typing import Any
+
 import numpy as np
 
 from ..motion import handshape, skeleton
+from ..motion.motion import Motion
 from ..motion.rest import REST
 from .gesture import Gesture
 
@@ -16,12 +19,14 @@ _BODY, _ARM, _WAY = (0.6, 0.6, 0.62, 1.0), (1.0, 0.66, 0.25, 1.0), (0.35, 0.7, 1
 """Colours, RGBA 0..1: the figure, arms that show something, and the way of a hand."""
 _BENT = 100.0
 """Degrees by which the joints of a finger are bent in all that is not stretched."""
+_BEFORE, _LEFTWARDS = 0.6, np.array([-1.0, 1.0, 1.0])
+"""Seconds before a moment of a motion of which ways are drawn, and the mirror of a right arm."""
 _FINGER, _THUMB = 0.2, 0.14
 """Metres of fingers, larger than they are so that they can be counted."""
 
 
-def draw(gesture: Gesture) -> np.ndarray:
-    """Return the picture of a gesture, RGBA 0..1 ``(SIZE, SIZE, 4)``, its first row at the bottom."""
+def draw(gesture: Gesture, size: int = SIZE) -> np.ndarray:
+    """Return the picture of a gesture, RGBA 0..1 ``(size, size, 4)``, its first row at the bottom."""
     both = gesture.arms != "one" or gesture.other is not None
     leads = 0 if gesture.side < 0 else 1
     shown = (0, 1) if both else (leads,)
@@ -36,7 +41,7 @@ def draw(gesture: Gesture) -> np.ndarray:
         ways[arm] = skeleton.to_positions(steps)[:, skeleton.EDGES[skeleton.ARMS[arm][1]][1]]
         pose = steps[-1]
     joints = skeleton.to_positions(pose)
-    picture = np.zeros((SIZE, SIZE, 4))
+    picture = np.zeros((size, size, 4))
     for edge, (parent, child) in enumerate(skeleton.EDGES):
         if edge not in (1, 2):
             _line(picture, joints[[parent, child]], 2.0 if edge in skeleton.ARM_EDGES else 2.4, _BODY)
@@ -48,6 +53,22 @@ def draw(gesture: Gesture) -> np.ndarray:
         _line(picture, joints[[skeleton.EDGES[skeleton.ARMS[arm][1]][0], skeleton.EDGES[skeleton.ARMS[arm][1]][1]]], 2.0, _ARM)
         _hand(picture, joints, pose, gesture, arm, leads)
     return picture.clip(0, 1)
+
+
+def gesture_of(motion: Motion, at: float, hand: str) -> Gesture:
+    """Return what the arms and hands of a motion do until ``at`` seconds; ``hand`` is left, right or both."""
+    last = min(max(round(at * motion.fps), 1), len(motion.directions) - 1)
+    arms = motion.directions[max(last - round(_BEFORE * motion.fps), 0) : last + 1][:, np.array(skeleton.ARMS)].astype(float)
+    ways = arms[:, 0], arms[:, 1] * _LEFTWARDS
+    leads = 0 if hand == "left" else 1
+    about: dict[str, Any] = {"other": ways[1 - leads]} if hand == "both" else {}
+    if motion.hands is not None:
+        mirror = _LEFTWARDS if leads else np.ones(3)
+        about["palm"] = motion.hands.palms[last, leads][None] * mirror
+        about["knuckles"] = motion.hands.knuckles[last, leads] * mirror
+        about["shape"] = motion.hands.shape[last, leads][None]
+        about |= {"other_shape": motion.hands.shape[last, 1 - leads][None]} if hand == "both" else {}
+    return Gesture("", "both" if hand == "both" else "one", ways[leads], side=1.0 if leads else -1.0, **about)
 
 
 def _hand(picture: np.ndarray, joints: np.ndarray, pose: np.ndarray, gesture: Gesture, arm: int, leads: int) -> None:
@@ -72,11 +93,12 @@ def _hand(picture: np.ndarray, joints: np.ndarray, pose: np.ndarray, gesture: Ge
 
 def _line(picture: np.ndarray, points: np.ndarray, radius: float, colour: tuple[float, ...]) -> None:
     """Draw a line through points ``(n, 3)`` in metres, ``radius`` pixels thick, with smooth edges, over the picture."""
-    x, y, z = points.T
+    (x, y, z), size = points.T, len(picture)
     across, deep = -x * np.cos(_TURN) + z * np.sin(_TURN), z * np.cos(_TURN) + x * np.sin(_TURN)
     flat = np.stack([_MIDDLE[0] + _METRE * across, _MIDDLE[1] - _METRE * (y * np.cos(_DOWN) + deep * np.sin(_DOWN))], -1)
-    low = np.floor(flat.min(0) - radius - 1).clip(0, SIZE).astype(int)
-    high = np.ceil(flat.max(0) + radius + 1).clip(0, SIZE).astype(int)
+    flat, radius = flat * size / SIZE, radius * size / SIZE
+    low = np.floor(flat.min(0) - radius - 1).clip(0, size).astype(int)
+    high = np.ceil(flat.max(0) + radius + 1).clip(0, size).astype(int)
     part = picture[low[1] : high[1], low[0] : high[0]]
     pixels = np.moveaxis(np.mgrid[low[0] : high[0], low[1] : high[1]], 0, -1).swapaxes(0, 1) + 0.5
     ways = np.diff(flat, axis=0)

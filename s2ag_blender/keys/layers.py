@@ -57,14 +57,14 @@ class Place:
         return self.first <= last and first <= self.last
 
     def beyond(self, first: int, last: int) -> bool:
-        """Return whether these frames are only a part of this place."""
-        return self.first <= first and last <= self.last and (first, last) != (self.first, self.last)
+        """Return whether this place has frames before or after these."""
+        return self.first < first or last < self.last
 
 
 def base_action(armature: ArmatureObject, first: int, last: int, piece: bool = False) -> bpy.types.Action | None:
     """Return the action with which gestures on these frames combine: the active one, or what it was made from if it is ours.
 
-    An action of ours of which only a ``piece`` is made anew is itself the base, since the rest of it stays."""
+    An action of ours that goes beyond a ``piece`` is itself the base, since the rest of it stays."""
     data = armature.animation_data
     action = data.action if data else None
 

@@ -7,7 +7,9 @@ import bpy
 import numpy as np
 
 from ...core.motion import quaternion, skeleton
+from ...rigs import handshapes
 from ...rigs.goals import SIDES, Options
+from ...rigs.palms import Palm
 from ...rigs.relative_turns import NEUTRAL
 from ...rigs.skeleton import Bones, Mapping, character_frame
 from ..datablocks import ArmatureObject
@@ -65,6 +67,28 @@ def directions(armature: ArmatureObject, bones: Bones, mapping: Mapping, options
             share = 1 / options.clavicle if options.clavicle > 0.2 else 1.0
             pose[edge] = quaternion.rotate(torso, quaternion.rotate(quaternion.power(lifted, share), mean[edge]))
     return skeleton.normalize(_to_canonical(frame, pose)).astype(np.float32)
+
+
+def hands(
+    armature: ArmatureObject, bones: Bones, mapping: Mapping, palms: dict[str, Palm]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return knuckles, palms ``(2, 3)`` and handshapes ``(2, 12)`` of the current pose, as those of a motion (``Hands``).
+
+    ``palms`` are the hands at rest by side; without a bone for it a hand follows its forearm."""
+    frame, shown = character_frame(bones, mapping), posed_bones(armature, bones)
+    hips = quaternion.conjugate(_rotation_from_rest(bones, shown, _base_row(bones, mapping)))
+    found = []
+    for side in SIDES:
+        palm = palms[side]
+        chain = mapping.chains.get(f"{side}_hand") or mapping.chains[f"{side}_forearm"][-1:]
+        turn = _rotation_from_rest(bones, shown, bones.row(chain[0]))
+        fingers = (*palm.fingers.fingers, palm.fingers.thumb) if palm.fingers else ()
+        back = quaternion.conjugate(turn)
+        turns = {row: quaternion.multiply(back, _rotation_from_rest(bones, shown, row))[None] for one in fingers for row in one}
+        vectors = quaternion.rotate(quaternion.multiply(hips, turn), np.stack([palm.knuckles, palm.normal]))
+        found.append((*_to_canonical(frame, vectors), handshapes.read(bones, palm, turns)[0]))
+    knuckles, normals, shapes = (np.stack(part) for part in zip(*found, strict=True))
+    return knuckles, normals, shapes
 
 
 def posed_bones(armature: ArmatureObject, bones: Bones) -> Bones:

@@ -52,6 +52,8 @@ class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
         layout.operator_menu_enum("s2ag.export", "format", icon="EXPORT")
         layout.operator("s2ag.import_motion", icon="IMPORT")
         layout.operator("s2ag.idle", icon="USER")
+        layout.operator("s2ag.insert_gesture", icon="VIEW_PAN")
+        layout.operator("s2ag.save_gesture", icon="ASSET_MANAGER")
         layout.operator("s2ag.learn")
 
 

@@ -7,7 +7,7 @@ from bodies import BACKWARDS, Y_UP, Body, degrees, performance, pose
 from hands import FINGERS, with_hands
 from s2ag.core.motion import handshape, quaternion, skeleton
 from s2ag.core.motion.hands import FOREARMS, Hands
-from s2ag.rigs import fingers, palms
+from s2ag.rigs import fingers, handshapes, palms
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import SIDES, Goals, Options
 from s2ag.rigs.retarget import rotations
@@ -198,3 +198,18 @@ def test_a_mirrored_motion_has_mirrored_hands():
     for name in ("hand", "index4", "thumb4", "little4"):
         left, right = heads[:, bones.row(f"left_{name}")], other[:, bones.row(f"right_{name}")]
         np.testing.assert_allclose(left * [-1, 1, 1], right, atol=0.05)
+
+
+@pytest.mark.parametrize("extras", [False, True], ids=["plain", "extras"])
+def test_a_handshape_is_read_back_from_the_fingers_that_it_bent(extras):
+    motion = performance(size=0.3)
+    hands = handed.hands(motion)
+    random = np.random.default_rng(3).uniform(0, 1, hands.shape.shape)
+    shape = np.clip(handshape.RELAXED + 30 * (random - 0.3), handshape.LOW, handshape.HIGH)
+    bones, goals, _, turned = laid(with_hands("A", extras=extras), motion, Hands.of(hands.knuckles, hands.palms, shape))
+    turns = quaternion.from_matrix(turned @ np.swapaxes(bones.matrices[:, :3, :3], -1, -2))
+    for place, side in enumerate(SIDES):
+        palm = goals.hand(side)
+        held = quaternion.conjugate(turns[:, palm.fingers.row])
+        own = {row: quaternion.multiply(held, turns[:, row]) for row in range(len(bones.names))}
+        assert np.abs(handshapes.read(bones, palm, own) - shape[:, place]).max() < 0.1
