@@ -119,6 +119,6 @@ class S2AG_OT_reset_face_map(OfCharacter, bpy.types.Operator):
 
 
 CLASSES = (
-    *(S2AG_OT_edit_bone_map, S2AG_OT_reset_bone_map, S2AG_OT_load_bone_map, S2AG_OT_save_bone_map),
-    *(S2AG_OT_load_face_map, S2AG_OT_save_face_map, S2AG_OT_reset_face_map),
-)
+    *(S2AG_OT_edit_bone_map, S2AG_OT_reset_bone_map, S2AG_OT_load_bone_map, S2AG_OT_save_bone_map), *(S2AG_OT_load_face_map,
+    S2AG_OT_save_face_map, S2AG_OT_reset_face_map),
+)  # fmt: skip

@@ -232,9 +232,9 @@ class S2AG_OT_open_help(bpy.types.Operator):
 
 
 CLASSES = (
-    *(S2AG_OT_engine_choose, S2AG_OT_engine_check, S2AG_OT_engine_cancel, S2AG_OT_engine_leave),
-    *(S2AG_OT_open_log, S2AG_OT_open_help),
-)
+    *(S2AG_OT_engine_choose, S2AG_OT_engine_check, S2AG_OT_engine_cancel, S2AG_OT_engine_leave), *(S2AG_OT_open_log,
+    S2AG_OT_open_help),
+)  # fmt: skip
 
 
 def _show(context: Context, block: bpy.types.Text) -> bool:
