@@ -37,7 +37,7 @@ def test_every_pair_ends_in_a_performance_or_in_two_sentences(session, tmp_path)
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize(("seconds", "words"), [(5, "yes "), (0.1, "yes "), (5, "I do not know it. "), (1, "a")])
+@pytest.mark.parametrize(("seconds", "words"), [(0.1, "yes "), (5, "I do not know it. "), (1, "a")])
 def test_a_megabyte_of_words_takes_bounded_time_and_memory(tmp_path, seconds, words):
     """A minute of CPU and one gigabyte at most, which numpy, the weights and a megabyte of words as objects stay far below."""
     code = f"import pairs, pathlib; pairs.perform_long({seconds}, {words!r}, pathlib.Path({str(tmp_path)!r}))"
