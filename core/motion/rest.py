@@ -116,9 +116,10 @@ def remove_jitter(directions: np.ndarray) -> np.ndarray:
 
 def remove_jitter_of_numbers(track: np.ndarray) -> np.ndarray:
     """Remove jitter from any numbers ``(frames, ...)`` as from directions."""
-    track = np.asarray(track, float)
-    padded = np.pad(track, [(2, 2)] + [(0, 0)] * (track.ndim - 1), mode="edge")
-    return sum(weight * padded[at : at + len(track)] for at, weight in enumerate(_STEADY)).astype(np.float32)
+    if not len(track):
+        return np.asarray(track, np.float32)
+    padded = np.pad(np.asarray(track, float), [(2, 2)] + [(0, 0)] * (np.ndim(track) - 1), mode="edge")
+    return (np.lib.stride_tricks.sliding_window_view(padded, len(_STEADY), axis=0) @ _STEADY).astype(np.float32)
 
 
 def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
