@@ -6,11 +6,11 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
+from ...core.editing import gesture_motion
 from ...core.errors import UsageError
 from ...core.meaning import gesture_selection
 from ...core.motion import rest, skeleton
 from ...core.motion.motion import Motion
-from ...core.synthesis import gesture_motion
 from ...rigs.skeleton import PARTS
 from ...rigs.slices import run_to_end
 from .. import provenance

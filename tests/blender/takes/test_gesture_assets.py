@@ -6,8 +6,8 @@ import bpy
 import numpy as np
 import pytest
 from acted import now, press
+from s2ag.core.editing.gesture_motion import perform_kind
 from s2ag.core.motion import rest
-from s2ag.core.synthesis.gesture_motion import perform_kind
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.takes import gesture_assets, gesture_edits
 from s2ag.s2ag_blender.ui import idle

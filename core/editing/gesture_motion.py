@@ -10,9 +10,9 @@ from ..meaning.gesture_selection import HOLD, RETRACTION, ScheduledGesture
 from ..meaning.vocabulary import load_vocabulary
 from ..motion import rest, skeleton
 from ..motion.motion import Motion
+from ..synthesis.hand_synthesis import hanging_hands
+from ..synthesis.refine import refine
 from ..version import VERSION
-from .hand_synthesis import hanging_hands
-from .refine import refine
 
 _SIDES = {"left": -1.0, "right": 1.0, "both": 0.0}
 _STILL, _RAISE = 0.1, 0.75
