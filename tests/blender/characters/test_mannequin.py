@@ -1,15 +1,24 @@
 """The mannequin: rigid limbs on a plain skeleton that points where a motion says."""
 
+import re
+
 import bpy
 import numpy as np
 from s2ag.core.motion import handshape, skeleton
 from s2ag.core.motion.hands import Hands
 from s2ag.core.motion.motion import Motion
-from s2ag.s2ag_blender.characters import mannequin
+from s2ag.s2ag_blender.characters import mannequin, mannequin_recipe
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 
 FINGERS = ("index", "middle", "ring", "little")
+
+
+def test_data_is_what_the_recipe_makes():
+    stored, made = mannequin.DATA.read_text("utf-8"), mannequin_recipe.text()
+    number = r"-?\d+\.\d+(?:e-\d+)?"
+    assert re.sub(number, "", stored) == re.sub(number, "", made)
+    assert np.allclose(*([float(one) for one in re.findall(number, text)] for text in (stored, made)), rtol=0, atol=1e-12)
 
 
 def test_each_point_hangs_on_one_bone():
