@@ -1,5 +1,10 @@
-"""Builds Blender properties, and draws sliders, from the table of settings (:mod:`core.settings`)."""
+"""Builds a character's properties in Blender from two tables, and draws sliders.
 
+The tables are that of the engine's settings (:mod:`core.settings`), and ``properties.json`` of those that Blender alone has."""
+
+import json
+import math
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -8,14 +13,39 @@ from ...core.declaration import Setting
 from ...core.settings import SWITCHES, Models, Settings, sliders
 from .. import compat
 from ..takes import menu_items
-from .curve_properties import EDITABLE, update_preview
 
+EDITABLE: Any = {"LIBRARY_OVERRIDABLE"}
+"""Option of properties that can be changed on library overrides."""
 SETTINGS = {one.identifier: one for one in sliders(Settings) + sliders(Models)}
 """Identifier in Blender -> setting, in the order of the panels."""
 PRESETS = tuple(identifier for identifier, one in SETTINGS.items() if one.preset)
 """Properties that a preset sets."""
 _CONTROL_STEP = 5
 """Hundredths by which the arrows of a control's slider change it."""
+_TABLE = Path(__file__).with_name("properties.json")
+
+
+def update_preview(settings: Any, context: bpy.types.Context) -> None:
+    """Update the live preview after a change of a setting."""
+    from ..takes import preview
+
+    preview.request_draft(settings.id_data)
+
+
+def _declared(about: dict[str, Any]) -> Any:
+    """Return the deferred Blender property of an entry of ``properties.json``; the numbers of an angle are degrees there."""
+    about = {
+        name: set(value) if name in ("options", "default") and isinstance(value, list) else value
+        for name, value in about.items()
+    }
+    kind, is_previewed = getattr(bpy.props, f"{about.pop('type')}Property"), about.pop("previewed", False)
+    if about.get("subtype") == "ANGLE":
+        about |= {name: math.radians(about[name]) for name in ("default", "min", "max")}
+    if about.get("subtype") == "FILE_PATH":
+        about["options"] = compat.RELATIVE
+    if "items" in about:
+        about["items"] = [tuple(item) for item in about["items"]]
+    return kind(**about, override=EDITABLE, **({"update": update_preview} if is_previewed else {}))
 
 
 def _switch(label: str, tip: str) -> Any:
@@ -47,10 +77,11 @@ def _property(one: Setting) -> Any:
 
 
 class SettingProperties:
-    """The settings that are declared in :mod:`core.settings`, a part of a character's settings."""
+    """The properties of both tables, a part of a character's settings."""
 
     __annotations__ = {name: _switch(*texts) for name, texts in SWITCHES.items()}
     __annotations__ |= {identifier: _property(one) for identifier, one in SETTINGS.items()}
+    __annotations__ |= {name: _declared(about) for name, about in json.loads(_TABLE.read_text("utf-8")).items()}
 
 
 def draw_group(layout: bpy.types.UILayout, settings: Any, group: str, steered: bool = True, switches: bool = True) -> None:
