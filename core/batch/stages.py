@@ -90,7 +90,8 @@ class Batch:
         extras = [_content(getattr(clip, name)) for name in _EXTRAS if getattr(clip, name) is not None]
         texts = [_content(getattr(clip, name)) for name in words]
         inputs = content_hash("synth", engine, settings, kinds, _content(clip.audio), *texts, *extras)
-        params = {"clip": clip.plain(), "cache": self.cache}
+        paths = filter(None, (getattr(clip, name) for name in ("audio", *words, *_EXTRAS)))
+        params = {"clip": clip.plain(), "cache": self.cache, "inputs": {str(path): _content(path) for path in paths}}
         return self._step("synth", clip.name, clip.line, record, inputs, params)
 
     def _render(self, unit: Unit, take: int) -> Step:

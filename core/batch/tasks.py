@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import S2agError
 from ..motion import skeleton
 from ..threads import set_passive_waiting
 from . import child_server, encode
@@ -35,7 +36,8 @@ class Synthesis:
         self._open = lru_cache(maxsize=_MAX_SESSIONS)(_open)
 
     def __call__(self, params: dict, tell: Tell) -> dict:
-        """Write the files, then the record; ``params`` are ``clip``, ``folder``, ``key``, ``cache``. Return the facts."""
+        """Write the files, then the record; ``params`` are ``clip``, ``folder``, ``key``, ``cache``, and ``inputs``, the
+        digests of files that ``key`` was made of. Return the facts."""
         from ..editing.director import perform
 
         clip, folder = Clip.of(params["clip"]), Folder(params["folder"])
@@ -49,6 +51,8 @@ class Synthesis:
                 files |= _speech_files(clip, result.words, folder, part)
             digests = {place: digest(file) for file, place in files.items()}
             motions = [digests[path] for path in motion_paths(folder, clip)]
+            if changed := next((path for path, known in params["inputs"].items() if digest(path) != known), None):
+                raise S2agError(f"{changed} was changed while it was read.", "Run the batch again.", "InputChanged")
             for file, place in files.items():
                 move_to_place(file, place)
         first = result.motions[0]

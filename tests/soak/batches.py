@@ -1,8 +1,8 @@
 """Three processes work on one folder and are killed at random: every clip is made once, and all bytes are those of a calm run.
 
-``python tests/soak/batches.py MINUTES [SEED]`` works in a temporary folder and prints the counts; each round begins with an
-empty folder, has three slices at work and ends when all three have been left in peace.
-The exit status is 1 if anything differs.
+``python tests/soak/batches.py MINUTES [SEED [PATIENCE]]`` works in a temporary folder and prints the counts; each round begins
+with an empty folder, has three slices at work and ends when all three have been left in peace. All waits are ``PATIENCE`` times
+as long as on a machine that does nothing else. The exit status is 1 if anything differs.
 """
 
 import hashlib
@@ -64,11 +64,11 @@ def killed(process: subprocess.Popen, chance: random.Random) -> str:
     return f"{number.name} {'group' if group else 'alone'}"
 
 
-def disturbed(path: Path, out: Path, chance: random.Random, kills: dict[str, int]) -> list[str]:
+def disturbed(path: Path, out: Path, chance: random.Random, kills: dict[str, int], patience: float) -> list[str]:
     """Run all slices, kill each some times, and let each end in peace; return what those said that did not succeed."""
     running = {part: started(path, out, part) for part in range(1, SLICES + 1)}
     for _ in range(chance.randrange(3, 9)):
-        time.sleep(chance.uniform(0.2, 4.0))
+        time.sleep(chance.uniform(0.2, 4.0 * patience))
         part = chance.choice(list(running))
         how = killed(running[part], chance)
         kills[how] = kills.get(how, 0) + 1
@@ -79,7 +79,7 @@ def disturbed(path: Path, out: Path, chance: random.Random, kills: dict[str, int
         for _ in range(20):  # children of a parent that was killed alone hold its clips until they notice
             if process.returncode == 0 or "Another s2ag batch is at work" not in said:
                 break
-            time.sleep(1)
+            time.sleep(patience)
             process = started(path, out, part)
             said = process.communicate()[1]
         if process.returncode:
@@ -87,7 +87,7 @@ def disturbed(path: Path, out: Path, chance: random.Random, kills: dict[str, int
     return wrong
 
 
-def checked(out: Path, calm: dict[str, str]) -> list[str]:
+def checked(out: Path, calm: dict[str, str], patience: float) -> list[str]:
     """What is wrong with the results of a round."""
     from s2ag.core.batch.folder import Folder
 
@@ -99,7 +99,7 @@ def checked(out: Path, calm: dict[str, str]) -> list[str]:
     records = sorted(path.stem for path in (out / "records" / "synth").glob("*.json"))
     if records != sorted(f"clip{number}" for number in range(CLIPS)):
         wrong.append(f"the records are {records}")
-    end = time.monotonic() + 20
+    end = time.monotonic() + 20 * patience
     while (left := [*out.rglob(".s2ag@*"), *out.glob(".part/*")]) and time.monotonic() < end:
         time.sleep(0.5)
         from s2ag.core import files
@@ -111,8 +111,8 @@ def checked(out: Path, calm: dict[str, str]) -> list[str]:
 
 def main() -> None:
     """Soak for as many minutes."""
-    minutes, seed = float(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0
-    end, chance, kills, rounds, wrong = time.monotonic() + 60 * minutes, random.Random(seed), {}, 0, []
+    minutes, seed, patience = map(float, (sys.argv[1:] + ["0", "1"][len(sys.argv) - 2 :])[:3])
+    end, chance, kills, rounds, wrong = time.monotonic() + 60 * minutes, random.Random(int(seed)), {}, 0, []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         ENVIRONMENT["S2AG_CACHE"] = str(folder / "cache")
@@ -124,7 +124,7 @@ def main() -> None:
         calm = made(folder / "calm")
         while time.monotonic() < end:
             out = folder / f"round{rounds}"
-            found = disturbed(path, out, chance, kills) + checked(out, calm)
+            found = disturbed(path, out, chance, kills, patience) + checked(out, calm, patience)
             wrong += [f"round {rounds}: {one}" for one in found]
             rounds += 1
             print(f"{rounds} rounds, {sum(kills.values())} kills, {len(wrong)} wrong", *found, sep="\n", flush=True)
