@@ -12,7 +12,6 @@ from rounding import same_figures  # noqa: E402
 from s2ag.core.cli.main import main  # noqa: E402
 from s2ag.core.errors import CheckpointUnreadable, UsageError  # noqa: E402
 from s2ag.core.learning.bench import table  # noqa: E402
-from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.evaluation import FIGURES, Bench  # noqa: E402
 from s2ag.core.learning.bench.references import reference_rows  # noqa: E402
 from s2ag.core.learning.bench.run import Runner  # noqa: E402
@@ -21,20 +20,9 @@ from s2ag.core.learning.bench.training import Training  # noqa: E402
 from s2ag.core.learning.metrics.extractor import Extractor  # noqa: E402
 from s2ag.core.learning.systems.catalogue import SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.train.storage import save_arrays  # noqa: E402
-from toy_bench import bench_arrays, write_bench_corpus  # noqa: E402
+from toy_bench import bench_arrays  # noqa: E402
 
 TINY = SETTINGS["tiny"]
-
-
-@pytest.fixture(scope="module")
-def corpus(tmp_path_factory):
-    return write_bench_corpus(tmp_path_factory.mktemp("data") / "corpus")
-
-
-@pytest.fixture(scope="module")
-def data(corpus, tmp_path_factory):
-    torch.set_num_threads(1)
-    return Data(corpus, tmp_path_factory.mktemp("cache"), filtered=False)
 
 
 def trained(data, folder, name, **changes):

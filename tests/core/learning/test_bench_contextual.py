@@ -16,15 +16,8 @@ from s2ag.core.learning.bench.run import Runner  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.systems.catalogue import ALL_SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.train.dataset import Corpus  # noqa: E402
-from toy_bench import write_bench_corpus  # noqa: E402
 
 NAME, WIDTH = "gesticulator-contextual", 12
-
-
-@pytest.fixture(scope="module")
-def corpus(tmp_path_factory):
-    torch.set_num_threads(1)
-    return write_bench_corpus(tmp_path_factory.mktemp("data") / "corpus")
 
 
 def vectors(corpus):

@@ -9,19 +9,10 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("librosa")
 
 from s2ag.core.cli.main import main  # noqa: E402
-from s2ag.core.learning.bench.data import Data  # noqa: E402
 from s2ag.core.learning.bench.setting import SETTINGS  # noqa: E402
 from s2ag.core.learning.bench.training import Training  # noqa: E402
 from s2ag.core.learning.systems.catalogue import SYSTEMS, BuildOptions  # noqa: E402
 from s2ag.core.learning.train.logbook import LOG, TABLE  # noqa: E402
-from toy_bench import write_bench_corpus  # noqa: E402
-
-
-@pytest.fixture(scope="module")
-def data(tmp_path_factory):
-    torch.set_num_threads(1)
-    folder = tmp_path_factory.mktemp("data")
-    return Data(write_bench_corpus(folder / "corpus"), folder, filtered=False)
 
 
 def training(data, folder, logs=("csv",)):
@@ -56,16 +47,14 @@ def test_without_a_wish_there_are_lines_alone(data, tmp_path):
     assert (tmp_path / LOG).is_file() and not (tmp_path / TABLE).exists()
 
 
-def test_an_unknown_log_is_refused_before_anything_is_written(tmp_path, capsys):
-    corpus = write_bench_corpus(tmp_path / "corpus")
+def test_an_unknown_log_is_refused_before_anything_is_written(corpus, tmp_path, capsys):
     out = tmp_path / "bench"
     assert main(["bench", "--data", str(corpus), "--out", str(out), "--setting", "tiny", "--log", "wandb"]) == 2
     assert "no log 'wandb'" in capsys.readouterr().err and not out.exists()
 
 
 @pytest.mark.slow
-def test_the_command_logs_every_training_also_side_by_side(tmp_path):
-    corpus = write_bench_corpus(tmp_path / "corpus")
+def test_the_command_logs_every_training_also_side_by_side(corpus, tmp_path):
     command = ["bench", "--data", str(corpus), "--out", str(tmp_path / "b"), "--setting", "tiny", "--threads", "1"]
     assert main([*command, "--systems", "seq2seq,jem", "--jobs", "2", "--log", "csv"]) == 0
     for name in ("seq2seq-1", "jem-1"):

@@ -18,17 +18,10 @@ from s2ag.core.learning.systems.catalogue import ALL_SYSTEMS, BuildOptions  # no
 from s2ag.core.learning.train import state  # noqa: E402
 from s2ag.core.model import checkpoint  # noqa: E402
 from s2ag.core.motion.motion import Motion  # noqa: E402
-from toy_bench import write_bench_corpus  # noqa: E402
 
 FOUR = ("s2ag", "s2ag-no-mfcc", "s2ag-no-affect", "gtc")
 PUBLISHED = {"s2ag": 313_068 / 7_197_497, "s2ag-no-mfcc": 313_068 / 7_208_067, "s2ag-no-affect": 0.0354, "gtc": 0.0354}
 """Parameters of discriminator over generator, word and speaker tables aside (reference sections A.7 to A.10)."""
-
-
-@pytest.fixture(scope="module")
-def corpus(tmp_path_factory):
-    torch.set_num_threads(1)
-    return write_bench_corpus(tmp_path_factory.mktemp("data") / "corpus")
 
 
 def runner(corpus, folder, **changes):

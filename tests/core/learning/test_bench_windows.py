@@ -14,17 +14,6 @@ from toy_bench import bench_arrays, write_bench_corpus  # noqa: E402
 from toy_corpus import write_toy_corpus  # noqa: E402
 
 
-@pytest.fixture(scope="module")
-def corpus(tmp_path_factory):
-    return write_bench_corpus(tmp_path_factory.mktemp("data") / "corpus")
-
-
-@pytest.fixture(scope="module")
-def data(corpus, tmp_path_factory):
-    torch.set_num_threads(1)
-    return Data(corpus, tmp_path_factory.mktemp("cache"), filtered=False)
-
-
 def test_windows_hold_what_was_heard_and_performed(data, corpus):
     arrays, meta = bench_arrays()
     window = data.windows[0][7]
