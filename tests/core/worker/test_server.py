@@ -54,6 +54,15 @@ def worker():
     pipe.process.communicate()
 
 
+@pytest.fixture(scope="module")
+def sturdy():
+    """One worker for all that is refused: it survives every request before the next one."""
+    pipe = Pipe()
+    yield pipe
+    pipe.process.kill()
+    pipe.process.communicate()
+
+
 def test_hello_tells_version_and_loads_nothing_heavy(worker):
     worker.say({"id": 1, "method": "hello"})
     result = worker.hear()["result"]
@@ -78,12 +87,12 @@ def test_hello_tells_version_and_loads_nothing_heavy(worker):
     ],
     ids=["word", "list", "cut", "bytes", "deep", "no id", "odd id"],
 )
-def test_garbage_is_answered_and_survived(worker, line):
-    worker.say(line, {"id": 2, "method": "hello"})
-    refusal = worker.hear("error")
+def test_garbage_is_answered_and_survived(sturdy, line):
+    sturdy.say(line, {"id": 2, "method": "hello"})
+    refusal = sturdy.hear("error")
     assert refusal["id"] is None
     assert refusal["error"]["kind"] == "BadRequest"
-    assert worker.hear()["id"] == 2
+    assert sturdy.hear()["id"] == 2
 
 
 def test_a_line_of_60_megabytes_takes_no_memory(worker):
@@ -97,9 +106,9 @@ def test_a_line_of_60_megabytes_takes_no_memory(worker):
         assert int(peak.split()[1]) * 1024 < 5 * protocol.LARGEST + 100_000_000
 
 
-def test_empty_lines_are_no_requests(worker):
-    worker.say(b"\n \n", {"id": 5, "method": "hello"})
-    assert worker.hear("id")["id"] == 5
+def test_empty_lines_are_no_requests(sturdy):
+    sturdy.say(b"\n \n", {"id": 5, "method": "hello"})
+    assert sturdy.hear("id")["id"] == 5
 
 
 @pytest.mark.parametrize(
@@ -122,25 +131,25 @@ def test_empty_lines_are_no_requests(worker):
         ([1], "object"),
     ],
 )
-def test_odd_parameters_are_usage_errors(worker, params, said):
-    worker.say({"id": 1, "method": "synthesize", "params": params})
-    error = worker.hear("error")["error"]
+def test_odd_parameters_are_usage_errors(sturdy, params, said):
+    sturdy.say({"id": 1, "method": "synthesize", "params": params})
+    error = sturdy.hear("error")["error"]
     assert error["kind"] == "UsageError"
     assert said in error["message"]
     assert error["remedy"]
 
 
-def test_unknown_method_lists_the_known(worker):
-    worker.say({"id": "a", "method": "dance"})
-    reply = worker.hear("error")
+def test_unknown_method_lists_the_known(sturdy):
+    sturdy.say({"id": "a", "method": "dance"})
+    reply = sturdy.hear("error")
     assert reply["id"] == "a"
     assert "synthesize" in reply["error"]["remedy"]
 
 
-def test_missing_output_folder_is_refused_before_any_work(worker, tmp_path):
+def test_missing_output_folder_is_refused_before_any_work(sturdy, tmp_path):
     params = {"audio": "none.wav", "output_dir": str(tmp_path / "no")}
-    worker.say({"id": 1, "method": "synthesize", "params": params})
-    assert worker.hear("error")["error"]["kind"] == "OutputUnwritable"
+    sturdy.say({"id": 1, "method": "synthesize", "params": params})
+    assert sturdy.hear("error")["error"]["kind"] == "OutputUnwritable"
 
 
 def test_waiting_request_can_be_cancelled(worker):
