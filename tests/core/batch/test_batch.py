@@ -53,11 +53,11 @@ def manifest(tmp_path, speech):
 
 
 @pytest.fixture
-def batch(random_checkpoint, tmp_path):
+def batch(flow_checkpoint, tmp_path):
     """A function that runs ``s2ag batch``."""
 
     def run(verb, *arguments, out="out"):
-        return main(["batch", verb, *map(str, arguments), "-o", str(tmp_path / out), "--checkpoint", str(random_checkpoint)])
+        return main(["batch", verb, *map(str, arguments), "-o", str(tmp_path / out), "--checkpoint", str(flow_checkpoint)])
 
     return run
 
@@ -104,7 +104,7 @@ def test_only_what_has_changed_is_made_again(manifest, batch, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_change_of_models_is_a_change_of_what_uses_them(manifest, batch, tmp_path, random_checkpoint, plain_checkpoint):
+def test_a_change_of_models_is_a_change_of_what_uses_them(manifest, batch, tmp_path, flow_checkpoint, plain_checkpoint):
     def tried(*arguments):
         assert batch("run", *arguments, "-j", 1) == 0
         return json.loads((tmp_path / "out" / "summary.json").read_text())["last_run"]["tried"]
@@ -128,15 +128,15 @@ def test_a_change_of_models_is_a_change_of_what_uses_them(manifest, batch, tmp_p
     assert made[0] != made[1]
 
 
-def test_a_chosen_cell_is_made_in_a_batch(batch, tmp_path, random_checkpoint, examples):
-    common = ["--checkpoint", str(random_checkpoint)]
+def test_a_chosen_cell_is_made_in_a_batch(batch, tmp_path, flow_checkpoint, examples):
+    common = ["--checkpoint", str(flow_checkpoint)]
     sheet = tmp_path / "sheet.json"
     assert main(["sample", str(examples / "hello.flac"), "--no-transcript", "--takes", "3", "-o", str(sheet), *common]) == 0
     assert main(["synth", "--from", f"{sheet}:3", "--no-transcript", "-o", str(tmp_path / "alone.npz"), *common]) == 0
     (tmp_path / "cells.csv").write_text("cell,name\nsheet.json:3,chosen\n")
     assert batch("run", tmp_path / "cells.csv") == 0
     alone, made = Motion.load(tmp_path / "alone.npz"), Motion.load(tmp_path / "out" / "npz" / "chosen.npz")
-    limit = bound(loading.load(random_checkpoint))  # another batch size, other threads
+    limit = bound(loading.load(flow_checkpoint))  # another batch size, other threads
     assert made.meta == alone.meta and abs(made.directions - alone.directions).max() < limit
 
 
@@ -174,9 +174,9 @@ def test_warnings_are_listed(manifest, batch, tmp_path, capsys):
 
 @posix
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interruption_is_not_a_failure(manifest, tmp_path, random_checkpoint, number):
+def test_an_interruption_is_not_a_failure(manifest, tmp_path, flow_checkpoint, number):
     path, out = manifest(12, takes=8), tmp_path / "out"
-    command = [sys.executable, "-m", "s2ag", "batch", "run", path, "-o", out, "-j", "2", "--checkpoint", random_checkpoint]
+    command = [sys.executable, "-m", "s2ag", "batch", "run", path, "-o", out, "-j", "2", "--checkpoint", flow_checkpoint]
 
     def as_on_a_terminal():
         os.setsid()
@@ -238,11 +238,11 @@ def test_usage_errors(batch, arguments, capsys):
 
 @pytest.mark.slow
 @posix
-def test_killed_at_random_moments_it_ends_as_if_nothing_had_been(manifest, batch, tmp_path, random_checkpoint):
+def test_killed_at_random_moments_it_ends_as_if_nothing_had_been(manifest, batch, tmp_path, flow_checkpoint):
     path = manifest(8, takes=2)
     assert batch("run", path, "-j", 2, out="calm") == 0
     calm, out = results(tmp_path / "calm"), tmp_path / "out"
-    command = [sys.executable, "-m", "s2ag", "batch", "run", path, "-o", out, "-j", "2", "--checkpoint", random_checkpoint]
+    command = [sys.executable, "-m", "s2ag", "batch", "run", path, "-o", out, "-j", "2", "--checkpoint", flow_checkpoint]
     chance = random.Random(7)
     for _ in range(4):
         process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
