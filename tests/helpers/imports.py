@@ -56,9 +56,10 @@ def _executed(node, nested):
         yield from _executed(child, nested)
 
 
+@cache
 def imports(name, nested=True):
-    """What module ``name`` imports."""
-    return (imported for imported, _ in statements(name, nested))
+    """What module ``name`` imports; kept, because every way through the package passes most modules."""
+    return frozenset(imported for imported, _ in statements(name, nested))
 
 
 def reachable(name, nested=True):
