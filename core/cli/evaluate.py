@@ -52,6 +52,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--character", metavar="WHO", action="append", default=[], help=keyed)
     choosing = "talk: use the captured talk and voices that settings may be chosen on, and not those that are reported"
     parser.add_argument("--choosing", action="store_true", help=choosing)
+    beats = "talk: also judge the same takes without gestures of meaning, as beats alone"
+    parser.add_argument("--beats", action="store_true", help=beats)
     evaluate_listens.configure(parser)
     evaluate_affect.configure(parser)
     evaluate_capture.configure(parser)
@@ -143,6 +145,7 @@ def _talk(options: argparse.Namespace) -> int:
         not options.choosing,
         characters=[characters.resolve(who) for who in options.character],
         blender=blender.run,
+        beats=options.beats,
     )
     if setting.characters:
         blender.command("render.job")  # raise errors now, not after the evaluation

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import sentence
+from . import places, sentence
 from .document import Wanted
 from .gesture import STROKE, Gesture
 from .vocabulary import Vocabulary
@@ -87,7 +87,7 @@ def find_occasions(
         free = not any(at in found for at in range(one.first, one.last + 1))
         if free and one.schema in vocabulary.gestures and one.score >= _LEAST_SCORE:
             found[one.bearer] = Wanted(one.schema, one.last - one.first + 1, one.score, before=one.bearer - one.first)
-    return found
+    return found if grammar is None else places.remember(found, texts, grammar, vocabulary.forms)
 
 
 def _draw_gestures(vocabulary: Vocabulary, found: Mapping, readiness: float, seed: tuple[int, ...]) -> dict[int, Wanted]:

@@ -37,7 +37,9 @@ class Occasion(NamedTuple):
     score: float
 
 
-class _Token(NamedTuple):
+class Token(NamedTuple):
+    """A word, or a part of one, with all that it may be."""
+
     word: int
     forms: frozenset
     tags: Mapping[str, int]
@@ -127,10 +129,10 @@ def _variants(text: str, classes: Mapping[str, frozenset], numbers: Mapping[str,
 
 def understand(words: Sequence[str], grammar: Grammar) -> list[Occasion]:
     """Find what the ``words`` of a text, with their punctuation, call for; occasions do not overlap and are in order."""
-    tokens = _tokens(words, grammar)
+    read = tokens(words, grammar)
     found = []
-    for start in range(len(tokens)):
-        found += _matches(tokens, start, grammar)
+    for start in range(len(read)):
+        found += _matches(read, start, grammar)
     found.sort(key=lambda one: (-one[0], one[1]))
     taken: set[int] = set()
     kept = []
@@ -138,15 +140,15 @@ def understand(words: Sequence[str], grammar: Grammar) -> list[Occasion]:
         if not taken.isdisjoint(places):
             continue
         taken |= set(places)
-        if frame.schema != SILENT and not _negated(tokens, places, frame.schema, grammar):
+        if frame.schema != SILENT and not _negated(read, places, frame.schema, grammar):
             schema = frame.schema
             if schema == "count":
-                schema = next(name for word, name in grammar.data["counts"].items() if word in tokens[bearer].forms)
-            kept.append(Occasion(tokens[bearer].word, schema, tokens[places[0]].word, tokens[places[-1]].word, score))
+                schema = next(name for word, name in grammar.data["counts"].items() if word in read[bearer].forms)
+            kept.append(Occasion(read[bearer].word, schema, read[places[0]].word, read[places[-1]].word, score))
     return sorted(kept)
 
 
-def _tokens(words: Sequence[str], grammar: Grammar) -> list[_Token]:
+def tokens(words: Sequence[str], grammar: Grammar) -> list[Token]:
     """Split words into tokens (a contraction is two) with their lemmas and what these may mean."""
     raw: list[tuple] = []
     split = grammar.data["contractions"]
@@ -184,7 +186,7 @@ def _tokens(words: Sequence[str], grammar: Grammar) -> list[_Token]:
         unfit = grammar.classes["unit"] | grammar.classes["fun"]
         if (ending or text in grammar.data["plurals"]) and text not in unfit:
             forms.add("PL")
-        result.append(_Token(number, frozenset(forms), tags, start, pauses, bool(ends), "?" in marks[-1 - place]))
+        result.append(Token(number, frozenset(forms), tags, start, pauses, bool(ends), "?" in marks[-1 - place]))
     return result
 
 
@@ -238,7 +240,7 @@ def _tags(text: str, lemmas: Sequence[str], before: str, after: str, grammar: Gr
     return tags
 
 
-def _matches(tokens: Sequence[_Token], start: int, grammar: Grammar) -> list[tuple]:
+def _matches(tokens: Sequence[Token], start: int, grammar: Grammar) -> list[tuple]:
     """Return the frames that match from a token on: how many words they fix, order, frame, places, bearer, score."""
     found = []
     for form in tokens[start].forms:
@@ -262,14 +264,14 @@ def _matches(tokens: Sequence[_Token], start: int, grammar: Grammar) -> list[tup
     return found
 
 
-def _certainty(token: _Token, wanted: frozenset) -> int:
+def _certainty(token: Token, wanted: frozenset) -> int:
     """Return the tenths of its uses in which the word means what a frame wants; 10 for a word of the frame itself."""
     if any(not one.startswith("@") and one in token.forms for one in wanted):
         return 10
     return max(token.tags.get(one[1:], 0) for one in wanted)
 
 
-def _match(tokens: Sequence[_Token], elements: tuple, at: int, place: int) -> tuple[int, ...] | None:
+def _match(tokens: Sequence[Token], elements: tuple, at: int, place: int) -> tuple[int, ...] | None:
     """Return the places of the words that a frame fixes, from its element ``at`` and a token on; None where it does not fit."""
     if at == len(elements):
         return ()
@@ -300,7 +302,7 @@ def _match(tokens: Sequence[_Token], elements: tuple, at: int, place: int) -> tu
     return _match(tokens, elements, at + 1, place) if fits else None
 
 
-def _negated(tokens: Sequence[_Token], places: Sequence[int], schema: str, grammar: Grammar) -> bool:
+def _negated(tokens: Sequence[Token], places: Sequence[int], schema: str, grammar: Grammar) -> bool:
     """Return whether a negation that the frame does not hold itself reaches its words."""
     if schema in grammar.data["unscoped"]:
         return False

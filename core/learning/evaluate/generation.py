@@ -4,7 +4,7 @@ import json
 import wave
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 
@@ -87,12 +87,17 @@ class Generator:
         return Request(audio=audio, transcript=transcript, hands=hands, **of_wish)
 
     def drawn_and_finished(
-        self, talk: Talk, style: str, seed: int, intensities: Sequence[float]
+        self, talk: Talk, style: str, seed: int, intensities: Sequence[float], beats: bool = False
     ) -> tuple[np.ndarray, list[Motion]]:
-        """Return the directions ``(frames, 9, 3)`` of one take as the network draws it, and the take at each intensity."""
+        """Return the directions ``(frames, 9, 3)`` of one take as the network draws it, and the take at each intensity.
+
+        With ``beats`` the take at its usual size without any gesture of meaning is one more, the last.
+        """
         audio, transcript = self._files(talk)
         self.session.remember()  # the recording is heard once, and the take drawn once for all intensities
         requests = [Request(audio, transcript=transcript, style=style, seed=seed, intensity=size) for size in intensities]
+        if beats:
+            requests.append(replace(requests[0], intensity=1.0, meanings={"format": 1, "gestures": []}))
         heard, performers = self.session.hear(requests[0], Stages(lambda stage, value: None, lambda: False))
         drawn = generation.generate(self.session.checkpoint, heard, [performers]).directions[0]
         return drawn, [self.session.synthesize(request).motions[0] for request in requests]

@@ -38,7 +38,8 @@ Progress = Callable[[str, float], None]
 class Setting:
     """``material`` and folders of ``data`` hold people, ``corpus`` the director's performances, if any; ``voices`` are the
     user's own instead of the material's; ``reported`` says which part of the split is used. Faults are also counted on
-    ``characters``, which Blender keys by ``blender`` (:data:`talk_characters.Run`).
+    ``characters``, which Blender keys by ``blender`` (:data:`talk_characters.Run`). With ``beats`` the same takes without any
+    gesture of meaning are judged, too.
     """
 
     material: Path
@@ -52,6 +53,7 @@ class Setting:
     draws: int = talk_judge.DRAWS
     characters: Sequence[str] = ()
     blender: talk_characters.Run | None = None
+    beats: bool = False
 
 
 def try_talk(setting: Setting, progress: Progress = lambda stage, value: None) -> dict:
@@ -64,9 +66,11 @@ def try_talk(setting: Setting, progress: Progress = lambda stage, value: None) -
     finished: dict[str, list[list[Motion]]] = {}
     for name, checkpoint in {"": setting.checkpoint, " (compare)": setting.compare}.items():
         if checkpoint is not None or not name:
-            drawn, sized, styles["ships" + name] = _perform(checkpoint, voices, setting.performers, progress)
+            drawn, sized, styles["ships" + name] = _perform(checkpoint, voices, setting, progress)
             companies |= {"network" + name: drawn, "ships" + name: _directions(sized[_USUAL])}
-            finished["ships" + name] = sized
+            if setting.beats:
+                companies["beats alone" + name] = _directions(sized[-1])
+            finished["ships" + name] = sized[: len(INTENSITIES)]
     if setting.corpus:
         companies["corpus"] = talk_people.performances(setting.corpus)
     progress("judge", 0)
@@ -102,16 +106,16 @@ def _columns(companies: dict, people: talk_people.People, draws: int, progress: 
     return columns, alike
 
 
-def _perform(checkpoint: Path | None, voices: Sequence, performers: int, progress: Progress) -> tuple[list, list, dict]:
-    """Return what is drawn, what is finished at each intensity, and what ships by style; voices one after another."""
-    drawn, finished, by_style = [], [[] for _ in INTENSITIES], {}
+def _perform(checkpoint: Path | None, voices: Sequence, setting: Setting, progress: Progress) -> tuple[list, list, dict]:
+    """Return what is drawn, what is finished at each intensity (and beats alone), and what ships by style; voices in turn."""
+    drawn, finished, by_style = [], [[] for _ in range(len(INTENSITIES) + setting.beats)], {}
     with tempfile.TemporaryDirectory(prefix="s2ag-evaluate-") as folder:
         studio = Generator(checkpoint, folder)
-        names = evenly_spaced(studio.names, performers)
+        names = evenly_spaced(studio.names, setting.performers)
         for number, talk in enumerate(voices):
             for row, style in enumerate(names):
                 progress(talk.name, (number + row / len(names)) / len(voices))
-                rough, sized = studio.drawn_and_finished(talk, style, row, INTENSITIES)
+                rough, sized = studio.drawn_and_finished(talk, style, row, INTENSITIES, setting.beats)
                 drawn.append(rough)
                 for each, motion in zip(finished, sized, strict=True):
                     each.append(motion)

@@ -49,15 +49,15 @@ def result(shared, tmp_path_factory, random_checkpoint):
     time = np.arange(12 * 16000) / 16000
     write_wav(folder / "voice.wav", 0.3 * np.sin(2 * np.pi * 180 * time) * (np.sin(2 * np.pi * 0.8 * time) > -0.3))
     setting = talk_trial.Setting(
-        shared, random_checkpoint, voices=[folder / "voice.wav"], performers=1, reported=False, draws=1
+        shared, random_checkpoint, voices=[folder / "voice.wav"], performers=1, reported=False, draws=1, beats=True
     )
     return talk_trial.try_talk(setting)
 
 
 def test_the_trial_has_people_and_ours_side_by_side(result):
-    assert list(result["columns"]) == ["network", "ships"] and len(result["people"]) == 3
+    assert list(result["columns"]) == ["network", "ships", "beats alone"] and len(result["people"]) == 3
     assert 0.4 < result["people"]["a man's conversation"]["told apart"] < 1
-    assert {"people", "network", *(f"ships, {size:g}" for size in talk_trial.INTENSITIES)} == set(result["faults"])
+    assert {"people", "network", "beats alone", *(f"ships, {size:g}" for size in talk_trial.INTENSITIES)} == set(result["faults"])
     json.dumps(talk_trial.finite(result), allow_nan=False)
 
 

@@ -99,7 +99,7 @@ def test_the_command_prints_what_is_understood_and_checks_a_document(tmp_path, c
     assert main(["meaning", str(tmp_path / "talk.txt"), "-o", str(tmp_path / "talk.json")]) == 0
     content = document.load(tmp_path / "talk.json")
     schemas = [entry["schema"] for entry in content["gestures"]]
-    assert schemas == ["rise", "rise", "shrug", "negation", "contrast"]
+    assert schemas == ["rise", "rise", "shrug", "negation", "contrast", "contrast"]
     content["gestures"].append({"words": "nobody said that", "schema": "circle"})
     (tmp_path / "talk.json").write_text(json.dumps(content))
     capsys.readouterr()

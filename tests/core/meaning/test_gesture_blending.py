@@ -132,8 +132,8 @@ def test_numbers_hold_one_hand_up_with_as_many_fingers(known):
 def test_a_contrast_goes_from_one_side_to_the_other(known):
     words = [*spoken("some like it,", 2.0), *spoken("but others do not.", 6.0), *spoken("However, it sells.", 10.0)]
     strokes = gesture_selection.choose_gestures(known, words, {}, 1.0, (2,))
-    assert [one.gesture.name for one in strokes] == ["contrast", "contrast"]
-    assert strokes[0].side == -strokes[1].side != 0
+    assert [one.gesture.name for one in strokes] == ["contrast", "contrast", "contrast"]
+    assert strokes[0].side == -strokes[1].side == strokes[2].side != 0
 
 
 def test_steps_of_a_list_go_on_to_the_side(known):
