@@ -68,12 +68,12 @@ def rename(armature: ArmatureObject, take: Any) -> None:
 
 
 def frames_beyond_scene(armature: ArmatureObject, scene: bpy.types.Scene) -> tuple[float, float] | None:
-    """Return the seconds of the selected take and of the scene if the take is longer than the scene, else None."""
+    """Return the seconds from the scene's start to the ends of the selected take and of the scene; None if that shows all."""
     take = active(armature)
     if take is None or take.last <= max(take.first, scene.frame_end):
         return None
-    rate = scene_fps(scene)
-    return (take.last - take.first) / rate, (scene.frame_end - scene.frame_start + 1) / rate
+    before, rate = scene.frame_start - 1, scene_fps(scene)
+    return (take.last - before) / rate, (scene.frame_end - before) / rate
 
 
 def fit_scene(armature: ArmatureObject, scene: bpy.types.Scene) -> None:

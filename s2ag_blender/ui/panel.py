@@ -202,7 +202,7 @@ def draw_range_warning(layout: bpy.types.UILayout, armature: ArmatureObject, sce
     if seconds is None:
         return False
     gestures, end = seconds
-    text = translate("{gestures:.1f} s of gestures, scene ends at {end:.1f} s", gestures=gestures, end=end)
+    text = translate("Gestures until {gestures:.1f} s, scene ends at {end:.1f} s", gestures=gestures, end=end)
     draw_sentence(layout, text, "ERROR")
     layout.operator("s2ag.fit_range", icon="PREVIEW_RANGE")
     return True

@@ -161,5 +161,6 @@ class S2AG_Settings(SettingProperties, bpy.types.PropertyGroup):
         type=S2AG_Take, name="Takes", description="Takes of this character", override={"LIBRARY_OVERRIDABLE", "USE_INSERTION"}
     )
     active_take: bpy.props.IntProperty(
-        name="Take", description="The take that the character plays", default=-1, override=EDITABLE, update=_on_active_take
-    )
+        name="Take", description="The take that the character plays", default=-1, override=EDITABLE, update=_on_active_take,
+        options=set(),
+    )  # fmt: skip

@@ -36,7 +36,7 @@ def _declared(about: dict[str, Any]) -> Any:
     """Return the deferred Blender property of an entry of ``properties.json``; the numbers of an angle are degrees there."""
     about = {
         name: set(value) if name in ("options", "default") and isinstance(value, list) else value
-        for name, value in about.items()
+        for name, value in ({"options": []} | about).items()  # without options they could be keyed, and what cannot vary is not
     }
     kind, is_previewed = getattr(bpy.props, f"{about.pop('type')}Property"), about.pop("previewed", False)
     if about.get("subtype") == "ANGLE":
@@ -49,7 +49,7 @@ def _declared(about: dict[str, Any]) -> Any:
 
 
 def _switch(label: str, tip: str) -> Any:
-    return bpy.props.BoolProperty(name=label, description=tip, override=EDITABLE)
+    return bpy.props.BoolProperty(name=label, description=tip, override=EDITABLE, options=set())
 
 
 def _property(one: Setting) -> Any:

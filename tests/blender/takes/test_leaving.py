@@ -1,7 +1,5 @@
 """What a take leaves when another comes: no frozen poses, names that belong together, warnings, the scene's end."""
 
-import re
-
 import bpy
 import numpy as np
 import pytest
@@ -86,10 +84,14 @@ def test_warnings_stay_with_their_take_when_the_file_is_opened_again(speaker, tm
 
 def test_the_scene_is_offered_to_end_where_the_gestures_do(speaker, tmp_path, capfd):
     scene = bpy.context.scene
-    scene.frame_start, scene.frame_end = 1, 24
+    speaker.s2ag.start_frame = scene.frame_start = 11
+    scene.frame_end, scene.render.fps, scene.render.fps_base = 40, 30, 1.001
     press(bpy.ops.s2ag.generate)
+    ends = [(frame - 10) / (30 / 1.001) for frame in (speaker.s2ag.takes[0].last, 40)]
     shown = " ".join(drawn())
-    assert re.search(r"[23]\.\d s of gestures, scene ends at [01]\.\d s", shown) and "s2ag.fit_range" in shown
+    assert f"Gestures until {ends[0]:.1f} s, scene ends at {ends[1]:.1f} s" in shown and "s2ag.fit_range" in shown
+    assert ends == pytest.approx([3.0, 1.0], abs=0.1)
+    scene.frame_start, scene.frame_end = 1, 24
     bpy.ops.s2ag.export(filepath=str(tmp_path / "cut.bvh"), format=".bvh")
     assert "Cut where the scene ends" in "".join(capfd.readouterr())
     press(bpy.ops.s2ag.fit_range)

@@ -7,17 +7,18 @@ import pytest
 from refusals import files
 from s2ag.core.cli.main import main
 from s2ag.core.editing import edits
+from s2ag.core.editing.director import Director
 from s2ag.core.motion.motion import Motion
 from s2ag.core.sound import audio
+from s2ag.core.synthesis.session import Request, Session
 from sounds import write_wav
 
 
-@pytest.fixture
-def take(examples, tmp_path, capsys):
-    path = tmp_path / "take.npz"
+@pytest.fixture(scope="module")
+def take(examples, tmp_path_factory):
+    path = tmp_path_factory.mktemp("take") / "take.npz"
     words = ["--transcript", str(examples / "hello.txt")]
     assert main(["synth", str(examples / "hello.flac"), *words, "--seed", "2", "-o", str(path)]) == 0
-    capsys.readouterr()
     return path
 
 
@@ -48,6 +49,36 @@ def test_edits_are_done_and_told_in_both_ways(take, examples, out, tmp_path, cap
     same = (one.directions == before.directions).all((1, 2))
     assert 5 < np.count_nonzero(~same) < 60
     assert listed(capsys, out / "a.npz")["edits"] == [{"do": "delete", "at": at}]
+
+
+def test_all_that_a_director_decides_is_done_from_a_file_and_by_a_script(take, examples, out, tmp_path, capsys):
+    """The command line and a script make the same of ten decisions, keep all in the file, and tell what is not possible."""
+    one, two, three, four = (row["at"] for row in listed(capsys, take)["gestures"][4:8])
+    pose = Motion.load(take).directions[30].tolist()
+    decided = [
+        {"do": "rest", "from": 0.5, "to": 2.0, "how": "fewer"},
+        {"do": "add", "word": "hands", "kind": "point"},
+        {"do": "delete", "at": [one, two, three]},
+        {"do": "reroll", "from": 9.0, "to": 10.5, "seed": 2},
+        {"do": "pose", "at": 6.0, "directions": pose},
+        {"do": "place", "from": 7.0, "to": 8.0, "hand": "left", "place": [-0.25, 0.1, 0.3]},
+        {"do": "change", "at": four, "size": 1.3, "off": True},
+        {"do": "delete", "at": 900.0},
+        {"do": "feel", "at": 8.5, "arousal": 0.8},
+        {"do": "style", "at": 11.0, "style": "calm lecturer"},
+    ]
+    edits.save(decided, tmp_path / "edits.json")
+    sound, words = examples / "hello.flac", examples / "hello.txt"
+    asked = ["--audio", str(sound), "--transcript", str(words), "--edits", str(tmp_path / "edits.json")]
+    assert main(["edit", str(take), *asked, "-o", str(out / "a.npz")]) == 0
+    told = capsys.readouterr().err
+    assert "s2ag: note: Edit 8 (delete) was left out: there is no gesture at 900.00 s." in told
+    made = Motion.load(out / "a.npz")
+    script = Director(Session(cache="off")).direct(Request(sound, transcript=words, seed=2), decided).motions[0]
+    assert np.array_equal(made.directions, script.directions)
+    assert made.meta["edits"] == script.meta["edits"] == edits.check(decided) and made.meta["unmet"] == [7]
+    assert np.abs(made.directions[90] - pose).max() < 1e-5
+    assert main(["edit", str(out / "a.npz")]) == 0
 
 
 @pytest.mark.parametrize("content", ["[]", "no", '{"format": 1, "edits": [{"do": "fly"}]}'])
