@@ -1,25 +1,75 @@
-"""Registers all classes and properties in one ordered list; unregisters them in reverse."""
+"""Registers all classes and properties in one order; unregisters them in reverse."""
 
-from typing import Any  # noqa: I001 - packed below
+from types import ModuleType
+from typing import Any
 
 import bpy
 
 from . import translations
 from .ui import (
-    bone_check, bone_maps, command, decisions, directing, drop, engine_ops, from_here, gesture_assets, gesture_panel,
-    handlers, idle, import_motion, learn, marks, menus, operators, panel, preferences, presets, properties, sidebar,
-    subpanels, take_ops, try_it, version_ops,
-)  # fmt: skip
+    bone_check,
+    bone_maps,
+    command,
+    decisions,
+    directing,
+    drop,
+    engine_ops,
+    from_here,
+    gesture_assets,
+    gesture_panel,
+    handlers,
+    idle,
+    import_motion,
+    learn,
+    marks,
+    menus,
+    operators,
+    panel,
+    preferences,
+    presets,
+    properties,
+    sidebar,
+    subpanels,
+    take_ops,
+    try_it,
+    version_ops,
+)
 
-CLASSES = (
-    preferences.S2AG_Preferences, properties.S2AG_BoneChoice, properties.S2AG_Version, properties.S2AG_Take,
-    properties.S2AG_Session, properties.S2AG_Settings, operators.S2AG_OT_generate, operators.S2AG_OT_cancel,
-    operators.S2AG_OT_add_human, operators.S2AG_OT_add_mannequin, try_it.S2AG_OT_try_it, operators.S2AG_OT_remove_markers,
-    operators.S2AG_OT_export, marks.S2AG_OT_insert_mark, *bone_maps.CLASSES, *bone_check.CLASSES, *take_ops.CLASSES,
-    *directing.CLASSES, *from_here.CLASSES, *version_ops.CLASSES, learn.S2AG_OT_learn, import_motion.S2AG_OT_import_motion,
-    idle.S2AG_OT_idle, *gesture_assets.CLASSES, panel.S2AG_PT_gestures, *subpanels.CLASSES, *gesture_panel.CLASSES,
-    *decisions.CLASSES, *menus.CLASSES, *sidebar.CLASSES, *engine_ops.CLASSES, *presets.CLASSES, *drop.CLASSES,
-)  # fmt: skip
+
+def classes_of(module: ModuleType) -> list[type]:
+    """Return the classes of ours that Blender knows and that ``module`` defines, in its order."""
+    own = [one for one in vars(module).values() if isinstance(one, type) and one.__module__ == module.__name__]
+    return [one for one in own if one.__name__.startswith("S2AG_")]
+
+
+MODULES = (
+    preferences,
+    properties,
+    operators,
+    try_it,
+    marks,
+    bone_maps,
+    bone_check,
+    take_ops,
+    directing,
+    from_here,
+    version_ops,
+    learn,
+    import_motion,
+    idle,
+    gesture_assets,
+    panel,
+    subpanels,
+    gesture_panel,
+    decisions,
+    menus,
+    sidebar,
+    engine_ops,
+    presets,
+    drop,
+)
+"""Modules with classes, in the order in which they are registered: property groups before what points to them."""
+CLASSES = [cls for module in MODULES for cls in classes_of(module)]
 SYSTEMS = (translations, presets, command, menus, import_motion, handlers)
 """Modules that register what is no class: translations, preset folders, commands, menu entries, handlers."""
 _OBJECT: Any = bpy.types.Object

@@ -82,6 +82,3 @@ class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):
         test_pose.show_test_pose(armature, context.scene, mapping, stored_settings.options(armature.s2ag), warnings.append)
         for warning in dict.fromkeys(warnings):
             self.report({"WARNING"}, translate(warning))
-
-
-CLASSES = (S2AG_OT_bones_from_selection, S2AG_OT_select_bones, S2AG_OT_test_pose)

@@ -116,9 +116,3 @@ class S2AG_OT_reset_face_map(OfCharacter, bpy.types.Operator):
 
     def work(self, context: Context) -> None:
         facemaps.store_face_map(require_character(context), None)
-
-
-CLASSES = (
-    *(S2AG_OT_edit_bone_map, S2AG_OT_reset_bone_map, S2AG_OT_load_bone_map, S2AG_OT_save_bone_map), *(S2AG_OT_load_face_map,
-    S2AG_OT_save_face_map, S2AG_OT_reset_face_map),
-)  # fmt: skip

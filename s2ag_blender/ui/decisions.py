@@ -152,6 +152,3 @@ class S2AG_PT_decisions(Sidebar, bpy.types.Panel):
                 button.number = number
             button = row.operator("s2ag.remove_decision", text="", icon="X", emboss=False)
             button.number = number
-
-
-CLASSES = (S2AG_OT_switch_decision, S2AG_OT_remove_decision, S2AG_OT_change_decision, S2AG_PT_decisions)

@@ -314,9 +314,3 @@ class S2AG_OT_keep_place(Directing, bpy.types.Operator):
         target = armature.s2ag.target
         new, self.pins = constraints.place_edit(armature, action, scene, span, self.hand, target, self.pointing)
         return gesture_edits.edits_of(action), new
-
-
-CLASSES = (
-    S2AG_OT_apply_markers, S2AG_OT_delete_gesture, S2AG_OT_change_gesture, S2AG_OT_add_gesture, S2AG_OT_add_at_word,
-    S2AG_OT_reroll_range, S2AG_OT_rest_range, S2AG_OT_keep_pose, S2AG_OT_keep_place,
-)  # fmt: skip

@@ -137,6 +137,3 @@ class S2AG_FH_recording(bpy.types.FileHandler):
         """Accept recordings only in a 3D viewport of a scene with an armature; elsewhere Blender handles them."""
         area = context.area
         return bool(area and area.type == "VIEW_3D" and any(item.type == "ARMATURE" for item in context.scene.objects))
-
-
-CLASSES = (S2AG_OT_drop_recording, S2AG_OT_choose_recording, S2AG_FH_recording)

@@ -231,12 +231,6 @@ class S2AG_OT_open_help(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (
-    *(S2AG_OT_engine_choose, S2AG_OT_engine_check, S2AG_OT_engine_cancel, S2AG_OT_engine_leave), *(S2AG_OT_open_log,
-    S2AG_OT_open_help),
-)  # fmt: skip
-
-
 def _show(context: Context, block: bpy.types.Text) -> bool:
     """Show a text block in an open text editor, else in a new window; return False if there are no windows."""
     if bpy.app.background:

@@ -63,6 +63,3 @@ class S2AG_OT_mark_style(NeedsCharacter, bpy.types.Operator):
     def work(self, context: Context) -> str:
         marker = context.scene.timeline_markers.new(f"as {self.style}", frame=context.scene.frame_current)
         return translate("{name} begins at frame {frame}", name=translate(self.style), frame=marker.frame)
-
-
-CLASSES = (S2AG_OT_style_from, S2AG_OT_feeling_from, S2AG_OT_mark_style)

@@ -185,6 +185,3 @@ class S2AG_OT_insert_gesture(NeedsCharacter, bpy.types.Operator):
             return scene.frame_current, self.stroke
         take = take_list.active(armature)
         return gesture_insertion.frame_of_word(take.action if take is not None else None, scene, self.word), True
-
-
-CLASSES = (S2AG_OT_save_gesture, S2AG_OT_insert_gesture)

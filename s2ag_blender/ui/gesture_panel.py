@@ -172,6 +172,3 @@ def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
     row.operator("s2ag.drop_versions", text="", icon="TRASH")
     layout.label(text=versions.version_title(take) or translate("As it was generated"), translate=False)
     draw_warnings(layout, take)
-
-
-CLASSES = (S2AG_UL_gestures, S2AG_OT_show_markers, S2AG_PT_directing)

@@ -120,6 +120,3 @@ def unregister() -> None:
     _KEYS.clear()
     bpy.types.VIEW3D_MT_object_animation.remove(draw_in_animation)
     bpy.types.VIEW3D_MT_armature_add.remove(draw_in_add)
-
-
-CLASSES = (S2AG_MT_gestures, S2AG_MT_pie)

@@ -54,9 +54,6 @@ class S2AG_PT_presets(PresetPanel, bpy.types.Panel):
     preset_add_operator = "s2ag.preset_add"
 
 
-CLASSES = (S2AG_OT_preset_add, S2AG_PT_presets)
-
-
 def register() -> None:
     """Register the folder of the shipped presets."""
     S2AG_PT_presets.bl_label = LABEL  # Blender sets it to the name of the last preset that was used

@@ -41,6 +41,3 @@ def show_tab(area: bpy.types.Area) -> bool:
     except (AttributeError, TypeError):  # there is no sidebar, or it was not drawn yet and has no tabs
         return False
     return True
-
-
-CLASSES = (S2AG_OT_show_panel,)

@@ -281,9 +281,3 @@ class S2AG_PT_advanced(_SubPanel, bpy.types.Panel):
     def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         draw_group(layout, settings, "advanced")
         layout.operator("s2ag.learn", icon="ACTION")
-
-
-CLASSES = (
-    S2AG_UL_takes, S2AG_PT_takes, S2AG_PT_expression, S2AG_PT_face, S2AG_PT_frames, S2AG_PT_layers, S2AG_PT_body,
-    S2AG_PT_curves, S2AG_PT_bone_map, S2AG_PT_export, S2AG_PT_advanced,
-)  # fmt: skip

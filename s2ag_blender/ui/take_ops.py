@@ -206,9 +206,3 @@ class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
 
     def work(self, context: Context) -> None:
         take_list.fit_scene(require_character(context), context.scene)
-
-
-CLASSES = (
-    S2AG_OT_fit_range, S2AG_OT_change_keys, S2AG_OT_key_heard, S2AG_OT_reroll, S2AG_OT_vary, S2AG_OT_style_grid,
-    S2AG_OT_keep_take, S2AG_OT_delete_take, S2AG_OT_delete_others, S2AG_OT_recall_take,
-)  # fmt: skip

@@ -85,6 +85,3 @@ class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
     def work(self, context: Context) -> str:
         count = versions.drop_others(require_character(context))
         return translate("{count} versions deleted", count=count)
-
-
-CLASSES = (S2AG_OT_follow_sound, S2AG_OT_flip_version, S2AG_OT_drop_versions)

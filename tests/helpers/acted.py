@@ -177,9 +177,10 @@ class Sheet:
 
 def drawn(*panels):
     """What panels show now: ``{property, operator or text: whether it is active}``; all of the extension's if none is named."""
+    from s2ag.s2ag_blender import registration
     from s2ag.s2ag_blender.ui import panel, subpanels
 
-    every = [panel.S2AG_PT_gestures, *[one for one in subpanels.CLASSES if issubclass(one, bpy.types.Panel)]]
+    every = [panel.S2AG_PT_gestures, *[one for one in registration.classes_of(subpanels) if issubclass(one, bpy.types.Panel)]]
     sheet = Sheet()
     for cls in panels or every:
         if not hasattr(cls, "poll") or cls.poll(bpy.context):

@@ -2,6 +2,7 @@
 
 import bpy
 from acted import Sheet, active, drawn, press
+from s2ag.s2ag_blender import registration
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import generate, menu_items, operator_base, session
 from s2ag.s2ag_blender.ui import gesture_panel, menus, panel, presets, subpanels
@@ -158,12 +159,13 @@ def test_a_pie_for_a_key_of_the_users_own(figure):
 
 
 def test_the_tab_says_what_it_is_for(extension):
-    every = [panel.S2AG_PT_gestures, *[one for one in subpanels.CLASSES if issubclass(one, bpy.types.Panel)]]
+    every = [panel.S2AG_PT_gestures, *[one for one in registration.classes_of(subpanels) if issubclass(one, bpy.types.Panel)]]
     assert {one.bl_category for one in every} == {"Gestures"}
     assert {one.bl_parent_id for one in every[1:]} == {"S2AG_PT_gestures"}
 
 
 def test_what_is_done_with_takes_comes_right_below_them(extension):
-    directing, others = gesture_panel.S2AG_PT_directing, [one for one in subpanels.CLASSES if hasattr(one, "bl_order")]
+    directing = gesture_panel.S2AG_PT_directing
+    others = [one for one in registration.classes_of(subpanels) if hasattr(one, "bl_order")]
     assert subpanels.S2AG_PT_takes.bl_order < directing.bl_order
     assert all(one.bl_order > directing.bl_order for one in others if one is not subpanels.S2AG_PT_takes)

@@ -6,12 +6,12 @@ import bpy
 import pytest
 from acted import press
 from measured import CONTENT, Measured, Setting, Text
-from s2ag.s2ag_blender import translations
+from s2ag.s2ag_blender import registration, translations
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import bone_map_files, menu_items, stages
 from s2ag.s2ag_blender.ui import gesture_panel, panel, subpanels
 
-PANELS = (panel.S2AG_PT_gestures, *subpanels.CLASSES, *gesture_panel.CLASSES)
+PANELS = [one for module in (panel, subpanels, gesture_panel) for one in registration.classes_of(module)]
 
 
 @pytest.fixture(params=["en", *sorted(translations.LANGUAGES)])
