@@ -1,7 +1,6 @@
 """Documents of time-varying controls and style changes: checking, reading and writing them."""
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from typing import Any
 
@@ -9,7 +8,6 @@ import numpy as np
 
 from . import json_text, styles
 from .errors import UsageError
-from .files import atomic_file
 from .settings import CURVES, Settings, sliders
 
 FORMAT = 1
@@ -88,10 +86,3 @@ def of(options: Any) -> dict:
     """Return what :func:`load` returns of the document that the options of a command or a row of a manifest name, or {}."""
     path = getattr(options, "curves", None)
     return {} if path is None else load(path)
-
-
-def save(path: str | PathLike, curves: Mapping, changes: Sequence = ()) -> None:
-    """Write a document of curves, atomically."""
-    content = {"format": FORMAT, "curves": check_curves(curves), "styles": [list(turn) for turn in check_changes(changes)]}
-    with atomic_file(path) as temporary:
-        temporary.write_text(json.dumps(content) + "\n", "utf-8")

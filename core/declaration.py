@@ -4,7 +4,7 @@ The declarations are in :mod:`settings`; the command line, the worker, manifests
 :func:`table`. Needs neither numpy nor Blender."""
 
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, field, fields, make_dataclass
+from dataclasses import MISSING, dataclass, field, fields
 from functools import cache
 from types import MappingProxyType
 from typing import Any, Literal, cast
@@ -162,18 +162,6 @@ def table(cls: type) -> dict[str, Setting]:
 def columns(*classes: type) -> dict[str, Setting]:
     """Return the settings of classes that are columns of a manifest, by name."""
     return {name: one for cls in classes for name, one in table(cls).items() if one.column}
-
-
-def row_of(*classes: type) -> type:
-    """Return a dataclass whose fields are the :func:`columns` of classes, with the values of empty cells as defaults.
-
-    The values of documents are their paths."""
-    rows = []
-    for name, one in columns(*classes).items():
-        start = one.usually if one.empty is SAME else one.empty
-        start = None if one.kind == "document" else start
-        rows.append((name, Any, field(default_factory=dict) if isinstance(start, dict) else field(default=start)))
-    return make_dataclass("Row", rows, frozen=True, kw_only=True)
 
 
 def sliders(cls: type) -> list[Setting]:

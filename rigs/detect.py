@@ -22,24 +22,13 @@ ROWS = ("hips", *TRUNK_PARTS, *(f"{side}_{part}" for side in SIDES for part in _
 """Parts in the order of findings: the hips, then from the trunk outwards."""
 
 
-def detect(
-    bones: Bones, where: str = "The armature", known: Mapping | None = None, skin: arms.Reader = lambda: None
-) -> Mapping:
-    """Return the mapping of an armature, with a :class:`Finding` for every part.
-
-    ``known`` is a mapping that comes with the character; ``where`` is the subject of messages; ``skin`` reads the bones'
-    skin weights. The mapping's ``warnings`` name parts that will not move. Raises :class:`RigUnusable` with the missing
-    arm bones."""
-    mapping, refusal = survey(bones, where, known, skin)
-    if refusal is not None:
-        raise refusal
-    return mapping
-
-
 def survey(
     bones: Bones, where: str = "The armature", known: Mapping | None = None, skin: arms.Reader = lambda: None
 ) -> tuple[Mapping, RigUnusable | None]:
-    """Return the mapping, and the error instead of raising it if the armature is unusable, so that findings can be shown."""
+    """Return the mapping of an armature with a :class:`Finding` for every part, and what makes the armature unusable or None.
+
+    ``known`` is a mapping that comes with the character; ``where`` is the subject of messages; ``skin`` reads the bones' skin
+    weights. The mapping's ``warnings`` name parts that will not move."""
     if not bones.names:
         message = f"{where} has no bones, so {_ALL_ARMS} are missing."
         return Mapping({}), RigUnusable(message, "Choose the character's armature.")

@@ -6,27 +6,14 @@ from collections.abc import Generator
 
 import numpy as np
 
-from ..core.motion import quaternion, skeleton
-from ..core.motion.hands import Hands
+from ..core.motion import quaternion
 from . import twist
-from .goals import SIDES, Goals, Options
-from .skeleton import Bones, Mapping
+from .goals import SIDES, Goals
 from .slices import run_to_end
 from .walk import Walk
 
 BONES_PER_SLICE = 16
 """Bones per slice; at a minute of motion a slice takes 6 ms."""
-
-
-def solve(
-    bones: Bones, mapping: Mapping, directions: np.ndarray, fps: float = skeleton.FPS, options: Options | None = None,
-    hands: Hands | None = None
-) -> dict[str, np.ndarray]:  # fmt: skip
-    """Return rotations ``{bone: (frames, 4)}`` in each mapped bone's rest space (Blender's pose rotation).
-
-    ``directions`` (frames, 9, 3) are in the canonical frame. Without ``hands``, hands follow the forearms. Raises
-    :class:`RigUnusable` for an unusable mapping."""
-    return rotations(Goals(bones, mapping, directions, fps, options, hands=hands))
 
 
 def rotations(goals: Goals) -> dict[str, np.ndarray]:

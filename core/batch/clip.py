@@ -3,11 +3,12 @@
 import re
 import unicodedata
 from collections.abc import Collection
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, make_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..declaration import columns, row_of
+from .. import declaration
+from ..declaration import columns
 from ..errors import UsageError
 from ..settings import Documents, Models, Settings
 
@@ -27,13 +28,26 @@ SHARED = ("takes", "preset", "engine", "resolution", "fps", "start_frame")
 """Columns on which rows of one scene must agree."""
 MOST_TAKES = int(columns(Settings)["takes"].high or 1)
 
+
+def _row_of(*classes: type) -> type:
+    """Return a dataclass whose fields are the :func:`columns` of classes, with the values of empty cells as defaults.
+
+    The values of documents are their paths."""
+    rows = []
+    for name, one in columns(*classes).items():
+        start = one.usually if one.empty is declaration.SAME else one.empty
+        start = None if one.kind == "document" else start
+        rows.append((name, Any, field(default_factory=dict) if isinstance(start, dict) else field(default=start)))
+    return make_dataclass("Row", rows, frozen=True, kw_only=True)
+
+
 if TYPE_CHECKING:
 
     class _Row(Documents, Settings, Models):
         curves: Any  # the path of a document
         meanings: Any  # the same
 else:
-    _Row = row_of(Settings, Documents, Models)
+    _Row = _row_of(Settings, Documents, Models)
 
 
 @dataclass(frozen=True)

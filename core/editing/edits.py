@@ -1,6 +1,5 @@
 """The edit document: a JSON list of edits to a take, each applied to the result of the ones before it."""
 
-import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any
@@ -9,7 +8,6 @@ import numpy as np
 
 from .. import json_text
 from ..errors import UsageError
-from ..files import atomic_file
 from ..settings import AFFECTS
 from .gestures import HANDS
 from .names import LARGEST, LEAST
@@ -209,10 +207,3 @@ def of(documents: Any) -> list[dict] | None:
     options of a command, a row of a manifest; None where it names none."""
     path = getattr(documents, "edits", None)
     return None if path is None else load(path)
-
-
-def save(edits: Iterable[Mapping], path: str | PathLike) -> None:
-    """Write an edit document, completely or not at all."""
-    lines = ",\n  ".join(json.dumps(edit) for edit in edits)
-    with atomic_file(path) as temporary:
-        temporary.write_text(f'{{"format": {FORMAT}, "edits": [\n  {lines}\n]}}\n', "utf-8")

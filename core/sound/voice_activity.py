@@ -54,12 +54,6 @@ def segments(audio: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> li
     return segments_of_track(probability(audio), shortest, pause)
 
 
-def pauses(audio: np.ndarray, shortest: float = 0.2) -> list[tuple[float, float]]:
-    """Return the gaps of at least ``shortest`` seconds between, before and after the voiced segments, in seconds."""
-    edges = [0.0, *(edge for segment in segments(audio, pause=shortest) for edge in segment), len(audio) / SAMPLE_RATE]
-    return [(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True) if end - start >= shortest]
-
-
 def segments_of_track(track: np.ndarray, shortest: float = 0.1, pause: float = 0.2) -> list[tuple[float, float]]:
     """Return what :func:`segments` does from a :func:`probability` track."""
     merged: list[list[float]] = []

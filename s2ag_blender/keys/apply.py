@@ -41,7 +41,7 @@ def apply_motion_in_slices(
     for everything that keeps a part from its motion (the log, if None).
 
     Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. A property that the rig
-    needs to follow its bones, such as a switch from IK to FK, is keyed in the action; :func:`remove_motion` restores it.
+    needs to follow its bones, such as a switch from IK to FK, is keyed in the action.
     Raises :class:`RigUnusable` or :class:`UsageError` before anything is changed."""
     if step < 1 or int(step) != step:
         raise UsageError(f"A key every {step} frames is not possible.", "Use a whole number of at least 1.")
@@ -71,23 +71,6 @@ def apply_motion_in_slices(
     else:
         _make_active(armature, action, slot)
     return action
-
-
-def remove_motion(armature: ArmatureObject, action: bpy.types.Action) -> None:
-    """Remove a keyed motion from ``armature`` and restore the pose and property values that the rig had before.
-
-    Blender itself leaves everything at its last value when an action is unassigned. The action stays in the file."""
-    animation = armature.animation_data
-    if animation is not None:
-        for track in list(animation.nla_tracks):
-            for strip in [strip for strip in track.strips if strip.action == action]:
-                track.strips.remove(strip)
-            if not len(track.strips) and track.name == action.name:
-                animation.nla_tracks.remove(track)
-        if animation.action == action:
-            animation.action = None
-    keyframes.restore_former_values(armature, action)
-    faces.hide(armature, action)
 
 
 class Keys(NamedTuple):

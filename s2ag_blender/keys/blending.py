@@ -22,8 +22,3 @@ def mix(rotations: dict[str, np.ndarray], others: dict[str, np.ndarray], share: 
         other = np.broadcast_to(others.get(bone, quaternion.IDENTITY), values.shape)
         mixed[bone] = quaternion.continuous(quaternion.slerp(other, values, share))
     return mixed
-
-
-def window(frames: np.ndarray, length: int, at_end: bool = False) -> np.ndarray:
-    """Return the frames on which :func:`ramp` is below one."""
-    return frames[ramp(frames, length, at_end) < 1]

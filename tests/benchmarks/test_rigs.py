@@ -10,7 +10,8 @@ from hands import with_hands
 from s2ag.core.motion.motion import Motion
 from s2ag.core.motion.skeleton import EDGE_NAMES
 from s2ag.rigs.goals import Goals
-from s2ag.rigs.retarget import rotations, solve
+from s2ag.rigs.retarget import rotations
+from solved import solve
 
 pytest.importorskip("pytest_benchmark")
 

@@ -6,8 +6,8 @@ from s2ag.core.motion import quaternion, skeleton
 from s2ag.rigs import arms
 from s2ag.rigs.goals import Options
 from s2ag.rigs.relative_turns import NEUTRAL, head_turn, torso_turn
-from s2ag.rigs.retarget import solve
 from s2ag.rigs.skeleton import Mapping, character_frame
+from solved import solve
 
 ENDS = {"upper_arm": "fore", "forearm": "hand"}
 FREE = {"clear_body": 0.0, "limits": False}

@@ -10,7 +10,8 @@ import numpy as np
 from ...errors import UsageError
 from ...model import checkpoint, checkpoint_metadata
 from ...model.config import ModelConfig
-from ...motion.readers import motion_files, ten_joints
+from ...motion.readers import motion_files
+from ..datasets.resampling import resample
 from ..systems.catalogue import ALL_SYSTEMS, BuildOptions
 from ..systems.imported import Imported
 from ..systems.lengths import Lengths
@@ -106,7 +107,7 @@ def motions_row(folder: Path, bench: Bench) -> ExternalRow:
     for talk, file in files.items():
         assert file is not None  # otherwise it is missing
         motion = motion_files.load(file)
-        directions = ten_joints.resample(motion.directions, motion.fps, bench.fps)
+        directions = resample(motion.directions, motion.fps, bench.fps)
         length = int(corpus.starts[talk + 1] - corpus.starts[talk])
         if len(directions) < length - _MAX_MISSING * bench.fps:
             raise UsageError(f"{file} ends after {motion.duration:.1f} s, before its talk does.", "Perform the whole talk.")

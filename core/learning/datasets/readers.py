@@ -11,13 +11,14 @@ import numpy as np
 
 from ...errors import CorpusUnreadable
 from ...files import open_file
-from ...motion.readers import motion_files, smplx, ten_joints
+from ...motion.readers import motion_files, smplx
 from ...motion.skeleton import FPS
 from ...sound import audio
 from . import transcripts
 from .genea import genea, trinity
 from .listing import LARGEST_TABLE, PerformanceFiles, Report, data_folder, ignore, report_skipped, require_some, split_of
 from .recording import Recording
+from .resampling import resample
 
 SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".m4a")
 
@@ -107,7 +108,7 @@ def recordings(
     for one in performances:
         tell(one.name)
         motion = motion_files.load(one.motion, paper_joints, body)
-        directions = ten_joints.resample(motion.directions, motion.fps, fps)
+        directions = resample(motion.directions, motion.fps, fps)
         sound = audio.load(one.sound)
         words = transcripts.read(one.words, sound) if one.words is not None else []
         yield Recording(one.name, sound, words, directions, one.speaker, one.split)

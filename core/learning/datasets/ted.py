@@ -10,11 +10,12 @@ import numpy as np
 
 from ...errors import CorpusUnreadable, UsageError
 from ...motion import skeleton
-from ...motion.readers.ten_joints import FARTHEST, resample
+from ...motion.readers.ten_joints import FARTHEST
 from ...sound.audio import SAMPLE_RATE
 from . import lmdb_file, pyarrow_serialized
 from .listing import Report, ignore, split_of
 from .recording import Recording
+from .resampling import resample
 
 PARTS = {"train": "train", "val": "validation", "test": "test"}
 SPLITS = ("original", "talk")

@@ -4,6 +4,7 @@ import bpy
 import found_rigs
 import numpy as np
 import pytest
+from removing import remove_motion
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, Face
 from s2ag.core.motion.motion import Motion
@@ -80,7 +81,7 @@ def test_a_face_of_bones_goes_with_its_gesture(figure, motion):
     armature, names = figure
     action = apply.apply_motion(armature, motion, 1)
     before = ways(armature, 0.5)[names["jaw"]]
-    apply.remove_motion(armature, action)
+    remove_motion(armature, action)
     assert ways(armature, 0.5)[names["jaw"]][2] > before[2] + 0.1
     assert armature.pose.bones[names["jaw"]].matrix_basis.is_identity
 

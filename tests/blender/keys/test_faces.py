@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 import simple_heads
+from removing import remove_motion
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, Face
 from s2ag.core.motion.motion import Motion
@@ -63,7 +64,7 @@ def test_taken_off_the_face_is_as_it_was(figure, motion):
     key.key_blocks["jawOpen"].value = 0.25
     action = apply.apply_motion(figure.armature, motion, 1)
     assert at(key, "jawOpen", 13) > 0.4
-    apply.remove_motion(figure.armature, action)
+    remove_motion(figure.armature, action)
     assert key.animation_data.action is None and at(key, "jawOpen", 13) == pytest.approx(0.25)
 
 
@@ -75,7 +76,7 @@ def test_animation_that_is_there_is_played_again_and_never_changed(figure, motio
     before = [tuple(point.co) for curve in compat.curves(own) for point in curve.keyframe_points]
     action = apply.apply_motion(figure.armature, motion, 1)
     assert key.animation_data.action != own and own.use_fake_user
-    apply.remove_motion(figure.armature, action)
+    remove_motion(figure.armature, action)
     assert key.animation_data.action == own and at(key, "jawOpen", 13) == pytest.approx(0.1)
     assert [tuple(point.co) for curve in compat.curves(own) for point in curve.keyframe_points] == before
 

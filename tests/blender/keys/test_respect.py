@@ -6,11 +6,12 @@ import pytest
 import rigging
 from bodies import Body, body, performance, turned_degrees
 from exactness import EXACT, arm_error
+from removing import remove_motion
 from s2ag.core.motion import quaternion
 from s2ag.core.motion.motion import Motion
 from s2ag.rigs.relative_turns import NEUTRAL, torso_turn
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.keys.apply import apply_motion, remove_motion
+from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import controls, reading, solver
 
 COLLECTIONS = ("objects", "armatures", "scenes", "collections", "actions", "meshes", "curves", "worlds", "node_groups")

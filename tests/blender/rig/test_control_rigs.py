@@ -9,12 +9,13 @@ import pytest
 import rigging
 from bodies import body, performance
 from exactness import EXACT, arm_error, relative_errors
+from removing import remove_motion
 from s2ag.core.motion import quaternion
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.characters import human
 from s2ag.s2ag_blender.keys import keyframes
-from s2ag.s2ag_blender.keys.apply import apply_motion, at_scene_frames, remove_motion, solve_keys_in_slices
+from s2ag.s2ag_blender.keys.apply import apply_motion, at_scene_frames, solve_keys_in_slices
 from s2ag.s2ag_blender.rig import private_copy, reading, solver
 
 DEFORM = {

@@ -8,8 +8,8 @@ import rigging
 from bodies import body
 from hands import FINGERS, with_hands
 from s2ag.core.motion.motion import Motion
+from s2ag.rigs.goals import Options
 from s2ag.rigs.proportions import guess_trunk
-from s2ag.rigs.retarget import Options
 from s2ag.rigs.skeleton import Mapping
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.keys.apply import apply_motion

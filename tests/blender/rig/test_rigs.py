@@ -12,13 +12,13 @@ from bodies import ARM_EDGES, Body, degrees, performance
 from s2ag.core.errors import RigUnusable
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
-from s2ag.rigs.detect import detect
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import Options
 from s2ag.rigs.skeleton import character_frame
 from s2ag.s2ag_blender.characters import human
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
+from solved import detect
 
 
 def gesture(item, motion=None):

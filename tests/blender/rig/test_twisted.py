@@ -9,11 +9,12 @@ import twisted
 from bodies import degrees, performance
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
-from s2ag.rigs.detect import BY_POSITION, detect
+from s2ag.rigs.detect import BY_POSITION
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import Options
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading, skin
+from solved import detect
 
 EXACT = Options(clear_body=0.0, fingers=0.0)
 FRAMES = (1, 6, 12, 19)

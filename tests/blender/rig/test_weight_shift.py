@@ -10,13 +10,14 @@ import pytest
 import rigging
 import skeletons
 from bodies import performance, turned_degrees
+from removing import remove_motion
 from s2ag.core.motion.motion import Motion
 from s2ag.rigs import legs
 from s2ag.rigs.family import families
 from s2ag.rigs.skeleton import character_frame
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.characters import human, mannequin
-from s2ag.s2ag_blender.keys.apply import apply_motion, remove_motion
+from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 
 FRAMES = range(1, 60, 6)

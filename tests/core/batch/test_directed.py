@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from documents import save_edits
 from s2ag.core.batch import checks, manifest
 from s2ag.core.batch.clip import Clip
 from s2ag.core.batch.folder import Folder
@@ -13,7 +14,7 @@ from s2ag.core.motion.motion import Motion
 
 @pytest.fixture
 def clip(tmp_path, examples):
-    edits.save([{"do": "delete", "at": 4.3}], tmp_path / "mine.json")
+    save_edits([{"do": "delete", "at": 4.3}], tmp_path / "mine.json")
     (tmp_path / "plan.csv").write_text(f"audio,seed,edits\n{examples / 'hello.flac'},2,mine.json\n")
     clips, problems = manifest.read(tmp_path / "plan.csv")
     assert not problems and not checks.check(clips)
@@ -24,7 +25,7 @@ def test_edits_are_performed_and_changed_edits_are_performed_anew(clip, tmp_path
     folder = Folder(tmp_path / "out")
 
     def perform(asked: list[dict]) -> Motion:
-        edits.save(asked, clip.edits)
+        save_edits(asked, clip.edits)
         batch = Batch(folder, (clip,), "off")
         (step,) = batch.steps("synth", batch.units)
         assert step.state == "ready", asked
@@ -41,7 +42,7 @@ def test_edits_are_performed_and_changed_edits_are_performed_anew(clip, tmp_path
 def test_wrong_edits_are_told_before_anything_is_made(clip, tmp_path):
     (tmp_path / "mine.json").write_text("[]")
     assert any("edits" in problem.sentence for problem in checks.check([clip]))
-    edits.save([], tmp_path / "mine.json")
+    save_edits([], tmp_path / "mine.json")
     several = Clip(1, "a", clip.audio, takes=2, edits=clip.edits)
     assert any("one take" in problem.sentence for problem in checks.check([several]))
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from documents import save_edits
 from refusals import files
 from s2ag.core.cli.main import main
 from s2ag.core.editing import edits
@@ -38,7 +39,7 @@ def test_gestures_are_listed(take, capsys):
 def test_edits_are_done_and_told_in_both_ways(take, examples, out, tmp_path, capsys):
     at = listed(capsys, take)["gestures"][4]["at"]
     document = tmp_path / "edits.json"
-    edits.save([{"do": "delete", "at": at}], document)
+    save_edits([{"do": "delete", "at": at}], document)
     words = ["--transcript", str(examples / "hello.txt"), "--edits", str(document)]
     sound = str(examples / "hello.flac")
     assert main(["edit", str(take), "--audio", sound, *words, "-o", str(out / "a.npz")]) == 0
@@ -67,7 +68,7 @@ def test_all_that_a_director_decides_is_done_from_a_file_and_by_a_script(take, e
         {"do": "feel", "at": 8.5, "arousal": 0.8},
         {"do": "style", "at": 11.0, "style": "calm lecturer"},
     ]
-    edits.save(decided, tmp_path / "edits.json")
+    save_edits(decided, tmp_path / "edits.json")
     sound, words = examples / "hello.flac", examples / "hello.txt"
     asked = ["--audio", str(sound), "--transcript", str(words), "--edits", str(tmp_path / "edits.json")]
     assert main(["edit", str(take), *asked, "-o", str(out / "a.npz")]) == 0
@@ -91,7 +92,7 @@ def test_bad_edits(refuse, voice, out, tmp_path, random_checkpoint, content):
 
 def test_what_belongs_together(refuse, take, voice, out, tmp_path, random_checkpoint):
     path = tmp_path / "edits.json"
-    edits.save([], path)
+    save_edits([], path)
     assert "belong together" in refuse("edit", take, "--edits", path)
     more = ["--edits", path, "--audio", voice, "-o", out / "a.npz"]
     assert "other weights" in refuse("edit", take, *more, "--checkpoint", random_checkpoint)
@@ -110,7 +111,7 @@ def test_a_take_is_carried_to_another_recording(take, examples, out, tmp_path, c
     assert made.duration == pytest.approx(before.duration + 0.5, abs=0.1)
     document = tmp_path / "edits.json"
     at = listed(capsys, out / "b.npz")["gestures"][4]["at"]
-    edits.save([{"do": "delete", "at": at}], document)
+    save_edits([{"do": "delete", "at": at}], document)
     more = ["--audio", str(later), *words, "--edits", str(document)]
     assert main(["edit", str(out / "b.npz"), *more, "-o", str(out / "c.npz")]) == 0
     same = (Motion.load(out / "c.npz").directions == made.directions).all((1, 2))

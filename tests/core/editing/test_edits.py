@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from documents import save_edits
 from s2ag.core.editing import edits
 from s2ag.core.errors import UsageError
 
@@ -66,9 +67,9 @@ def test_the_number_of_the_bad_one_is_told():
 
 
 def test_a_file_is_read_as_it_was_written(tmp_path):
-    edits.save(GOOD, tmp_path / "a.json")
+    save_edits(GOOD, tmp_path / "a.json")
     assert edits.load(tmp_path / "a.json") == GOOD
-    edits.save([], tmp_path / "a.json")
+    save_edits([], tmp_path / "a.json")
     assert edits.load(tmp_path / "a.json") == []
 
 

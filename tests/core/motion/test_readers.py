@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from s2ag.core.errors import CorpusUnreadable
 from s2ag.core.learning.datasets.body_model import model_offsets
+from s2ag.core.learning.datasets.resampling import resample
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.core.motion.readers import bvh, smplx, ten_joints
@@ -22,8 +23,8 @@ def test_bvh_in_the_canonical_frame(tmp_path, yaw, z_up):
         assert (made[:, 0, 1] < -0.9).all() and (made[:, 3, 0] < -0.5).all()
         return
     posed, fps = bvh.read(tmp_path / "a.bvh")
-    moving.check(ten_joints.resample(ten_joints.directions(posed), fps))
-    assert len(ten_joints.resample(ten_joints.directions(posed), fps)) == 75
+    moving.check(resample(ten_joints.directions(posed), fps))
+    assert len(resample(ten_joints.directions(posed), fps)) == 75
 
 
 def test_our_own_bvh_comes_back(tmp_path):
@@ -51,7 +52,7 @@ def test_smplx_in_the_canonical_frame(tmp_path):
     moving.smplx(tmp_path / "a.npz")
     posed, fps = smplx.read(tmp_path / "a.npz")
     assert fps == 30
-    moving.check(ten_joints.resample(ten_joints.directions(posed), fps))
+    moving.check(resample(ten_joints.directions(posed), fps))
 
 
 def test_a_users_body_replaces_the_average_one(tmp_path):

@@ -3,6 +3,7 @@ import json
 import numpy as np
 import pytest
 from s2ag.core.sound import audio, voice_activity
+from sounds import pauses
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +76,7 @@ def test_nobody_speaks(sound):
     sound = sound.astype(np.float32)
     assert voiced_fraction(sound).max() < 0.4
     assert voice_activity.segments(sound) == []
-    assert voice_activity.pauses(sound) == [(0.0, len(sound) / 16000)]
+    assert pauses(sound) == [(0.0, len(sound) / 16000)]
 
 
 def test_digital_silence_is_exactly_zero():
@@ -99,7 +100,7 @@ def test_frames(samples):
 
 def test_segments_and_pauses_share_the_time(speech):
     sound, _ = speech
-    edges = sorted([*voice_activity.segments(sound, shortest=0), *voice_activity.pauses(sound)])
+    edges = sorted([*voice_activity.segments(sound, shortest=0), *pauses(sound)])
     assert edges[0][0] == 0 and edges[-1][1] == pytest.approx(len(sound) / 16000)
     assert all(end <= start + 1e-9 for (_, end), (start, _) in zip(edges, edges[1:], strict=False))
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from documents import save_curves
 from s2ag.core import control_curves, settings
 from s2ag.core.cli import main
 from s2ag.core.editing import provenance
@@ -171,7 +172,7 @@ def test_what_makes_no_sense_is_refused(talk, asked):
 
 def test_a_document_is_what_it_was(tmp_path):
     asked = {"curves": {"arousal": [[0.0, -0.5], [9.0, 1.0]]}, "changes": ((4.0, "eager storyteller"),)}
-    control_curves.save(tmp_path / "rise.json", asked["curves"], asked["changes"])
+    save_curves(tmp_path / "rise.json", asked["curves"], asked["changes"])
     assert control_curves.load(tmp_path / "rise.json") == asked
     (tmp_path / "other.json").write_text('{"format": 2, "curves": {}}')
     for name in ("other.json", "none.json"):
@@ -180,7 +181,7 @@ def test_a_document_is_what_it_was(tmp_path):
 
 
 def test_the_command_line_performs_a_document(talk, tmp_path, perform):
-    control_curves.save(tmp_path / "rise.json", {"arousal": step(-1, 1)})
+    save_curves(tmp_path / "rise.json", {"arousal": step(-1, 1)})
     told = [str(talk), "--no-transcript", "--seed", "2", "--cache", "off", "--curves", str(tmp_path / "rise.json")]
     assert main.main(["synth", *told, "-o", str(tmp_path / "rise.npz")]) == 0
     made = Motion.load(tmp_path / "rise.npz")

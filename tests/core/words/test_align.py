@@ -12,6 +12,7 @@ from s2ag.core.errors import Cancelled
 from s2ag.core.sound import audio, voice_activity
 from s2ag.core.words import align, transcript
 from s2ag.core.words.aligner import letter_rules
+from sounds import pauses
 from transcripts import words_and_warnings
 
 pytest.importorskip("pocketsphinx", reason="the aligner is not installed")
@@ -179,7 +180,7 @@ def test_the_child_needs_no_package(tmp_path, sound, words):
     """It also runs where this package has another name: started by path, from anywhere, with its own folder not on the path."""
     pcm = np.clip(sound * 32767, -32768, 32767).astype("<i2")
     stretch = {"words": words, "start": 0, "end": len(pcm) / 16000}
-    request = {"stretches": [stretch], "pauses": voice_activity.pauses(sound), "samples": len(pcm)}
+    request = {"stretches": [stretch], "pauses": pauses(sound), "samples": len(pcm)}
     message = json.dumps(request).encode() + b"\n" + pcm.tobytes()
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     result = subprocess.run(align.command(), input=message, capture_output=True, cwd=tmp_path, env=environment, check=True)
