@@ -3,11 +3,12 @@
 import argparse
 import importlib
 from collections.abc import Sequence
+from typing import NoReturn
 
+from ..errors import UsageError
 from ..version import VERSION
 from . import animate, styles, synth
 from .package_parts import is_whole, require_whole
-from .parsing import Parser
 
 VERBS = (synth, animate, styles)
 """Modules of the verbs that the Python package and Blender's extension have."""
@@ -30,6 +31,13 @@ PACKAGE_VERBS = {
 }
 """Verbs of the Python package alone -> the extras that they need. The extension's zip does not contain them."""
 _ELSEWHERE = {**PACKAGE_VERBS, "train": "train"}
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that raises :class:`UsageError` instead of exiting."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message[:1].upper()}{message[1:]}.", f"See: {self.prog} --help")
 
 
 def require_available(arguments: Sequence[str]) -> None:

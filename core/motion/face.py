@@ -21,8 +21,6 @@ GAZE_DEGREES = 30.0
 CLOSED_JAW = 0.03
 """Largest jaw weight of closed lips."""
 _STEPS = 1000
-_MIN_WEIGHT, _MIN_SAMPLES = 0.12, 3
-"""Weight and samples below which a shape is not shown."""
 _INDEX = {name: number for number, name in enumerate(CHANNELS)}
 _LIPS, _JAW, _MOUTH_CHANNELS = _INDEX["PP"], _INDEX["JAW"], len(MOUTH)
 
@@ -64,20 +62,6 @@ class Face:
     def frames(self, fps: float) -> np.ndarray:
         """Return weights ``(frames, channels)`` of the whole animation at ``fps`` frames per second."""
         return self.at(np.arange(max(round(self.duration * fps), 1)) / fps, fps)
-
-    def cues(self) -> list[tuple[str, float, float]]:
-        """Return ``(shape, start, end)`` in seconds without gaps: the strongest viseme, or ``sil`` if none is shown."""
-        shapes = self.weights[:, : len(VISEMES)]
-        strongest = np.where(shapes.max(1) < _MIN_WEIGHT, len(VISEMES), shapes.argmax(1))
-        names, cues = (*VISEMES, "sil"), []
-        edges = np.flatnonzero(np.diff(strongest, prepend=-1, append=-1))
-        for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-            name = names[strongest[begin]]
-            if cues and (name == cues[-1][0] or end - begin < _MIN_SAMPLES):
-                cues[-1] = (*cues[-1][:2], end / RATE)
-            else:
-                cues.append((name, begin / RATE, end / RATE))
-        return cues
 
     def mirrored(self) -> "Face":
         """Return the animation with left and right exchanged."""

@@ -6,6 +6,7 @@ from os import PathLike
 from ..files import atomic_file
 from . import face, handshape, skeleton
 from .motion import Motion
+from .rhubarb_export import viseme_cues
 
 
 def save(motion: Motion, path: str | PathLike) -> None:
@@ -37,6 +38,6 @@ def _face(animation: face.Face) -> dict:
         "rate": face.RATE,
         "channels": face.CHANNELS,
         "phonemes": animation.sounds,
-        "visemes": animation.cues(),
+        "visemes": viseme_cues(animation),
         "weights": animation.weights.astype(float).round(3).tolist(),
     }

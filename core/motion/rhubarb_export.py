@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..files import atomic_file
-from .face import RATE, Face
+from .face import RATE, VISEMES, Face
 from .rhubarb import Cue
 
 SHAPE_OF_VISEME = {
@@ -15,13 +15,30 @@ SHAPE_OF_VISEME = {
     "IH": "B", "OH": "E", "OU": "F", "sil": "X",
 }  # fmt: skip
 """Rhubarb's shape of each viseme."""
+_MIN_WEIGHT, _MIN_SAMPLES = 0.12, 3
+"""Weight and samples below which a viseme is not shown."""
 _MIN_CUE = 0.03
 """Seconds of the shortest cue."""
 
 
+def viseme_cues(face: Face) -> list[Cue]:
+    """Return ``(shape, start, end)`` in seconds without gaps: the strongest viseme, or ``sil`` if none is shown."""
+    shapes = face.weights[:, : len(VISEMES)]
+    strongest = np.where(shapes.max(1) < _MIN_WEIGHT, len(VISEMES), shapes.argmax(1))
+    names, found = (*VISEMES, "sil"), []
+    edges = np.flatnonzero(np.diff(strongest, prepend=-1, append=-1))
+    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        name = names[strongest[begin]]
+        if found and (name == found[-1][0] or end - begin < _MIN_SAMPLES):
+            found[-1] = (*found[-1][:2], end / RATE)
+        else:
+            found.append((name, begin / RATE, end / RATE))
+    return found
+
+
 def cues(face: Face) -> list[Cue]:
     """Return a face's cues ``(shape, start, end)`` in seconds, without gaps: A for closed lips, else the strongest shape."""
-    spans = [(SHAPE_OF_VISEME[name], start, end) for name, start, end in face.cues()]
+    spans = [(SHAPE_OF_VISEME[name], start, end) for name, start, end in viseme_cues(face)]
     letters = np.full(len(face.weights), "X")
     for shape, start, end in spans:
         letters[round(start * RATE) : round(end * RATE)] = shape

@@ -23,7 +23,12 @@ else:
     Icon = str
 
     class OperatorMixin:
-        """Base of our mixins for operators; type checkers see an operator, with the path of a file dialog."""
+        """Base of all our operators, which are called as their classes are: ``S2AG_OT_keep_take`` is ``s2ag.keep_take``.
+
+        Type checkers see an operator, with the path of a file dialog."""
+
+        def __init_subclass__(cls) -> None:
+            cls.bl_idname = f"s2ag.{cls.__name__.removeprefix('S2AG_OT_')}"
 
     class LayoutMixin:
         """Base of our panels, menus and preferences; type checkers see that there is a layout to draw in."""

@@ -28,7 +28,6 @@ def gesturing_bones(armature: ArmatureObject) -> list[str]:
 class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     """Take the bones that are selected in pose mode, from the body outwards"""
 
-    bl_idname = "s2ag.bones_from_selection"
     bl_label = "From the Selected Bones"
 
     part: bpy.props.EnumProperty(
@@ -56,7 +55,6 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
 class S2AG_OT_select_bones(OfCharacter, bpy.types.Operator):
     """Select the bones that gesture, in pose mode"""
 
-    bl_idname = "s2ag.select_bones"
     bl_label = "Show Bones"
 
     def work(self, context: Context) -> None:
@@ -70,7 +68,6 @@ class S2AG_OT_select_bones(OfCharacter, bpy.types.Operator):
 class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):
     """Left hand up beside the head, right forearm forwards, head turned to its left; press again to go back"""
 
-    bl_idname = "s2ag.test_pose"
     bl_label = "Test Pose"
 
     def work(self, context: Context) -> None:

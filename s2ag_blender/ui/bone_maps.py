@@ -18,7 +18,6 @@ from .bases import OfCharacter, OperatorResult, require_character
 class S2AG_OT_edit_bone_map(OfCharacter, bpy.types.Operator):
     """Choose the bones by hand, starting from those that were found"""
 
-    bl_idname = "s2ag.edit_bone_map"
     bl_label = "Choose Bones"
 
     def work(self, context: Context) -> None:
@@ -28,7 +27,6 @@ class S2AG_OT_edit_bone_map(OfCharacter, bpy.types.Operator):
 class S2AG_OT_reset_bone_map(OfCharacter, bpy.types.Operator):
     """Go back to the bones that are found by themselves"""
 
-    bl_idname = "s2ag.reset_bone_map"
     bl_label = "Find Bones"
 
     def work(self, context: Context) -> None:
@@ -63,7 +61,6 @@ class _Saving(_WithJsonFile, ExportHelper):
 class S2AG_OT_load_bone_map(_WithJsonFile, bpy.types.Operator, ImportHelper):
     """Take the bones of this character from a bone map, a file that Save writes"""
 
-    bl_idname = "s2ag.load_bone_map"
     bl_label = "Load Bone Map"
 
     def transfer(self, armature: ArmatureObject, path: str) -> str:
@@ -74,7 +71,6 @@ class S2AG_OT_load_bone_map(_WithJsonFile, bpy.types.Operator, ImportHelper):
 class S2AG_OT_save_bone_map(_Saving, bpy.types.Operator):
     """Write the bones of this character as a bone map, for characters of the same rig"""
 
-    bl_idname = "s2ag.save_bone_map"
     bl_label = "Save Bone Map"
 
     def transfer(self, armature: ArmatureObject, path: str) -> str:
@@ -85,7 +81,6 @@ class S2AG_OT_save_bone_map(_Saving, bpy.types.Operator):
 class S2AG_OT_load_face_map(_WithJsonFile, bpy.types.Operator, ImportHelper):
     """Take the shape keys and bones of this character's face from a face map, a file that Save writes"""
 
-    bl_idname = "s2ag.load_face_map"
     bl_label = "Load Face Map"
 
     def transfer(self, armature: ArmatureObject, path: str) -> str:
@@ -96,7 +91,6 @@ class S2AG_OT_load_face_map(_WithJsonFile, bpy.types.Operator, ImportHelper):
 class S2AG_OT_save_face_map(_Saving, bpy.types.Operator):
     """Write the shape keys and bones of this character's face as a face map, to edit or for characters alike"""
 
-    bl_idname = "s2ag.save_face_map"
     bl_label = "Save Face Map"
     suffix = " face"
 
@@ -111,7 +105,6 @@ class S2AG_OT_save_face_map(_Saving, bpy.types.Operator):
 class S2AG_OT_reset_face_map(OfCharacter, bpy.types.Operator):
     """Go back to the face that is found by itself"""
 
-    bl_idname = "s2ag.reset_face_map"
     bl_label = "Find Face"
 
     def work(self, context: Context) -> None:

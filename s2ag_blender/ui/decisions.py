@@ -49,7 +49,6 @@ class _OnDecision(Directing):
 class S2AG_OT_switch_decision(_OnDecision, bpy.types.Operator):
     """Take this decision back for now, or have it again; all others stay"""
 
-    bl_idname = "s2ag.switch_decision"
     bl_label = "Switch Decision"
 
     def changed(self, edits: list[dict]) -> list[dict]:
@@ -59,7 +58,6 @@ class S2AG_OT_switch_decision(_OnDecision, bpy.types.Operator):
 class S2AG_OT_remove_decision(_OnDecision, bpy.types.Operator):
     """Remove this decision from the list; all others stay"""
 
-    bl_idname = "s2ag.remove_decision"
     bl_label = "Remove Decision"
 
     def changed(self, edits: list[dict]) -> list[dict]:
@@ -69,7 +67,6 @@ class S2AG_OT_remove_decision(_OnDecision, bpy.types.Operator):
 class S2AG_OT_change_decision(_OnDecision, bpy.types.Operator):
     """Decide this otherwise; all other decisions stay"""
 
-    bl_idname = "s2ag.change_decision"
     bl_label = "Change Decision"
 
     to: bpy.props.FloatProperty(

@@ -108,7 +108,6 @@ def _edit_options(operator: Any) -> dict[str, Any]:
 class S2AG_OT_apply_markers(Directing, bpy.types.Operator):
     """Move gestures to where their pose markers are now, and delete those whose markers are gone"""
 
-    bl_idname = "s2ag.apply_markers"
     bl_label = "Apply Markers"
 
     def edits(self, context: Context, action: bpy.types.Action) -> tuple[list, list]:
@@ -121,7 +120,6 @@ class S2AG_OT_apply_markers(Directing, bpy.types.Operator):
 class S2AG_OT_delete_gesture(Directing, bpy.types.Operator):
     """Make phrases anew without their gestures: the one at the playhead, or all that are selected"""
 
-    bl_idname = "s2ag.delete_gesture"
     bl_label = "Delete Gesture"
 
     what: bpy.props.EnumProperty(
@@ -148,7 +146,6 @@ class S2AG_OT_delete_gesture(Directing, bpy.types.Operator):
 class S2AG_OT_change_gesture(Directing, bpy.types.Operator):
     """Give the gesture at the playhead another kind, hand or size"""
 
-    bl_idname = "s2ag.change_gesture"
     bl_label = "Change Gesture"
 
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds_or_same, options=RESET)
@@ -168,7 +165,6 @@ class S2AG_OT_change_gesture(Directing, bpy.types.Operator):
 class S2AG_OT_add_gesture(Directing, bpy.types.Operator):
     """Add a gesture whose stroke is at the playhead"""
 
-    bl_idname = "s2ag.add_gesture"
     bl_label = "Add Gesture"
     at_gesture = False
 
@@ -199,7 +195,6 @@ def _word_items(operator: Any, context: Any) -> list[tuple[str, str, str]]:
 class S2AG_OT_add_at_word(OnTake, bpy.types.Operator):
     """Search the words of the take, and add a gesture at the one that is chosen"""
 
-    bl_idname = "s2ag.add_at_word"
     bl_label = "Add Gesture at Word"
     bl_options = {"REGISTER"}  # the operator that it calls adds the undo step
     bl_property = "word"
@@ -240,7 +235,6 @@ _RANGES = (
 class S2AG_OT_reroll_range(Directing, bpy.types.Operator):
     """Make a range of the take anew, each time with another seed; flip through what came"""
 
-    bl_idname = "s2ag.reroll_range"
     bl_label = "Re-Roll Range"
 
     what: bpy.props.EnumProperty(name="Range", description="What is made anew", items=_RANGES)
@@ -253,7 +247,6 @@ class S2AG_OT_reroll_range(Directing, bpy.types.Operator):
 class S2AG_OT_rest_range(Directing, bpy.types.Operator):
     """Let a passage rest: the hands go home and stay there, or gestures become fewer or calmer"""
 
-    bl_idname = "s2ag.rest_range"
     bl_label = "Rest"
 
     what: bpy.props.EnumProperty(name="Range", description="Which passage rests", items=_RANGES)
@@ -268,7 +261,6 @@ class S2AG_OT_rest_range(Directing, bpy.types.Operator):
 class S2AG_OT_keep_pose(Directing, bpy.types.Operator):
     """Keep what is keyed now: gestures flow into these poses and out of them, and later edits leave them"""
 
-    bl_idname = "s2ag.keep_pose"
     bl_label = "Keep Pose"
 
     what: bpy.props.EnumProperty(
@@ -294,7 +286,6 @@ class S2AG_OT_keep_pose(Directing, bpy.types.Operator):
 class S2AG_OT_keep_place(Directing, bpy.types.Operator):
     """Keep the wrist of a hand at the chosen object, over the preview range or at the playhead"""
 
-    bl_idname = "s2ag.keep_place"
     bl_label = "Keep Hand at Object"
 
     hand: bpy.props.EnumProperty(name="Hand", description="Which hand is kept", items=HANDS[:2])

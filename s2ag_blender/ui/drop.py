@@ -54,7 +54,6 @@ def _distance(region: Any, view: Any, armature: ArmatureObject, pixel: tuple[int
 class S2AG_OT_drop_recording(OperatorMixin, bpy.types.Operator):
     """Let the character gesture to this recording"""
 
-    bl_idname = "s2ag.drop_recording"
     bl_label = "Gesture to This Recording"
     bl_options = {"REGISTER", "UNDO", "INTERNAL"}
 
@@ -109,7 +108,6 @@ class S2AG_OT_drop_recording(OperatorMixin, bpy.types.Operator):
 class S2AG_OT_choose_recording(NeedsCharacter, bpy.types.Operator):
     """Choose the recording in a file browser that shows sound files alone"""
 
-    bl_idname = "s2ag.choose_recording"
     bl_label = "Choose Recording"
     bl_options = {"REGISTER", "UNDO", "INTERNAL"}
 

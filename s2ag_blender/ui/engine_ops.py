@@ -15,7 +15,7 @@ from ..lazy_modules import has_run
 from ..takes import engine_requests
 from ..takes.operator_base import redraw
 from ..translations import translate, translate_error
-from .bases import Button, OperatorResult
+from .bases import Button, OperatorMixin, OperatorResult
 
 _README = Path(__file__).parents[2] / "README.md"
 
@@ -126,7 +126,6 @@ def _check(operator: bpy.types.Operator, context: Context, path: str = "") -> Op
 class S2AG_OT_engine_choose(_Idle, bpy.types.Operator):
     """Use a full engine in a Python of your own: it gestures a clip first, and is kept if it can"""
 
-    bl_idname = "s2ag.engine_choose"
     bl_label = "Choose Engine"
 
     filepath: bpy.props.StringProperty(
@@ -152,17 +151,15 @@ class S2AG_OT_engine_choose(_Idle, bpy.types.Operator):
 class S2AG_OT_engine_check(_Idle, bpy.types.Operator):
     """Let the engine in use gesture a clip, and show what it has"""
 
-    bl_idname = "s2ag.engine_check"
     bl_label = "Check Engine"
 
     def execute(self, context: Context) -> OperatorResult:
         return _check(self, context)
 
 
-class S2AG_OT_engine_cancel(bpy.types.Operator):
+class S2AG_OT_engine_cancel(OperatorMixin, bpy.types.Operator):
     """Stop trying the engine; the one in use stays"""
 
-    bl_idname = "s2ag.engine_cancel"
     bl_label = "Cancel"
 
     @classmethod
@@ -178,7 +175,6 @@ class S2AG_OT_engine_cancel(bpy.types.Operator):
 class S2AG_OT_engine_leave(_Idle, bpy.types.Operator):
     """Use the engine that comes with the extension again; the chosen one stays where it is"""
 
-    bl_idname = "s2ag.engine_leave"
     bl_label = "Use the Extension's Own"
 
     @classmethod
@@ -194,7 +190,6 @@ class S2AG_OT_engine_leave(_Idle, bpy.types.Operator):
 class S2AG_OT_open_log(Button, bpy.types.Operator):
     """Show the log of what failed, in a text editor"""
 
-    bl_idname = "s2ag.open_log"
     bl_label = "Open Log"
     bl_options = {"REGISTER"}
 
@@ -210,17 +205,14 @@ class S2AG_OT_open_log(Button, bpy.types.Operator):
         except OSError as error:
             self.report({"ERROR"}, translate("{path} cannot be read: {reason}", path=path, reason=error.strerror))
             return {"CANCELLED"}
-        is_open = _show(context, block)
-        self.report(
-            {"INFO"}, translate("{path} is open", path=path) if is_open else translate("{path} is in the texts", path=path)
-        )
+        shown = translate("{path} is open", path=path) if _show(context, block) else ""
+        self.report({"INFO"}, shown or translate("{path} is in the texts", path=path))
         return {"FINISHED"}
 
 
-class S2AG_OT_open_help(bpy.types.Operator):
+class S2AG_OT_open_help(OperatorMixin, bpy.types.Operator):
     """Show the README that comes with the extension, in a text editor: first steps, and what each part does"""
 
-    bl_idname = "s2ag.open_help"
     bl_label = "Open Help"
 
     def execute(self, context: Context) -> OperatorResult:

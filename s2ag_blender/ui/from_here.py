@@ -22,7 +22,6 @@ def _style_items(operator: Any, context: Any) -> list[tuple]:
 class S2AG_OT_style_from(Directing, bpy.types.Operator):
     """Perform in another style from the playhead on, up to the next change of style"""
 
-    bl_idname = "s2ag.style_from"
     bl_label = "Style from Here"
     at_gesture = False
 
@@ -35,7 +34,6 @@ class S2AG_OT_style_from(Directing, bpy.types.Operator):
 class S2AG_OT_feeling_from(Directing, bpy.types.Operator):
     """Feel otherwise from the playhead on, body and face, up to the next change of feeling"""
 
-    bl_idname = "s2ag.feeling_from"
     bl_label = "Feeling from Here"
     at_gesture = False
 
@@ -55,7 +53,6 @@ class S2AG_OT_feeling_from(Directing, bpy.types.Operator):
 class S2AG_OT_mark_style(NeedsCharacter, bpy.types.Operator):
     """Put a timeline marker at the playhead at which this style begins, in all takes that are generated from now on"""
 
-    bl_idname = "s2ag.mark_style"
     bl_label = "Style Marker"
 
     style: bpy.props.EnumProperty(name="Style", description="Who performs from here on", items=_style_items, options=RESET)

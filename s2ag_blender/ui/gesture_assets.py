@@ -6,13 +6,13 @@ from typing import Any
 import bpy
 
 from ...core.editing.names import BEAT, REST
-from ...core.errors import S2agError, UsageError
+from ...core.errors import UsageError
 from ...core.settings import names_with
 from .. import provenance
 from ..datablocks import ArmatureObject, Context
 from ..keys import apply
 from ..takes import gesture_assets, gesture_edits, gesture_insertion, gesture_kinds, menu_items, take_list, timing
-from ..translations import translate, translate_error
+from ..translations import translate
 from .bases import OperatorResult, require_character
 from .operators import NeedsCharacter
 
@@ -38,7 +38,6 @@ def _kinds(operator: Any, context: Any) -> Any:
 class S2AG_OT_save_gesture(NeedsCharacter, bpy.types.Operator):
     """Save the gesture at the playhead, a kind of gesture or the whole action as an asset that fits any rig"""
 
-    bl_idname = "s2ag.save_gesture"
     bl_label = "Save Gesture as Asset"
 
     what: bpy.props.EnumProperty(name="What", description="What becomes an asset", items=_WHAT)
@@ -50,19 +49,14 @@ class S2AG_OT_save_gesture(NeedsCharacter, bpy.types.Operator):
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         return context.window_manager.invoke_props_dialog(self)
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         armature = require_character(context)
-        try:
-            motion, catalogue, told, facts = self._found(context, armature)
-            about = {"author": self.author, "license": self.license, "description": told}
-            action = gesture_assets.save(armature, motion, self.title or told, catalogue, facts, **about)
-            if bpy.data.filepath:
-                gesture_assets.write_catalogues(bpy.data.filepath)
-        except S2agError as error:
-            self.report({"ERROR"}, translate_error(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, translate("{name} is in the asset library of this file", name=action.name))
-        return {"FINISHED"}
+        motion, catalogue, told, facts = self._found(context, armature)
+        about = {"author": self.author, "license": self.license, "description": told}
+        action = gesture_assets.save(armature, motion, self.title or told, catalogue, facts, **about)
+        if bpy.data.filepath:
+            gesture_assets.write_catalogues(bpy.data.filepath)
+        return translate("{name} is in the asset library of this file", name=action.name)
 
     def _found(self, context: Context, armature: ArmatureObject) -> tuple[Any, str, str, dict[str, Any]]:
         """Return the motion, its catalogue, what it is in words, and its facts."""
@@ -112,7 +106,6 @@ def _gestures(operator: Any, context: Any) -> list[Any]:
 class S2AG_OT_insert_gesture(NeedsCharacter, bpy.types.Operator):
     """Let the character make one gesture at the playhead, in what it does already: an asset, or a kind of gesture"""
 
-    bl_idname = "s2ag.insert_gesture"
     bl_label = "Insert Gesture"
     bl_property = "gesture"
 
@@ -149,23 +142,18 @@ class S2AG_OT_insert_gesture(NeedsCharacter, bpy.types.Operator):
         context.window_manager.invoke_search_popup(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         armature, scene = require_character(context), context.scene
         warnings: list[str] = []
-        try:
-            motion, facts = self._motion()
-            motion = gesture_insertion.scaled(motion.mirrored() if self.mirror else motion, self.size)
-            frame, lands = self._frame(armature, scene)
-            first = round(frame - lands * facts["stroke"] * apply.scene_fps(scene))
-            about = {"strip": self.strip, "blend_in": self.blend_in, "blend_out": self.blend_out, "name": facts["name"]}
-            gesture_insertion.insert(armature, scene, motion, first, **about, report=warnings.append)
-        except S2agError as error:
-            self.report({"ERROR"}, translate_error(error))
-            return {"CANCELLED"}
+        motion, facts = self._motion()
+        motion = gesture_insertion.scaled(motion.mirrored() if self.mirror else motion, self.size)
+        frame, lands = self._frame(armature, scene)
+        first = round(frame - lands * facts["stroke"] * apply.scene_fps(scene))
+        about = {"strip": self.strip, "blend_in": self.blend_in, "blend_out": self.blend_out, "name": facts["name"]}
+        gesture_insertion.insert(armature, scene, motion, first, **about, report=warnings.append)
         for warning in warnings:
             self.report({"WARNING"}, translate(warning))
-        self.report({"INFO"}, translate("{name} makes the gesture {gesture}", name=armature.name, gesture=facts["name"]))
-        return {"FINISHED"}
+        return translate("{name} makes the gesture {gesture}", name=armature.name, gesture=facts["name"])
 
     def _motion(self) -> tuple[Any, dict[str, Any]]:
         """Return the motion of the chosen gesture and its facts."""

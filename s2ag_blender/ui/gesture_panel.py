@@ -56,7 +56,6 @@ def _hand_label(name: str) -> str:
 class S2AG_OT_show_markers(OnTake, bpy.types.Operator):
     """Show the markers of the gestures in an Action Editor: move or delete them there, then apply that in the panel"""
 
-    bl_idname = "s2ag.show_markers"
     bl_label = "Show Markers"
     bl_options = {"REGISTER"}
 

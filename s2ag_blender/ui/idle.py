@@ -53,7 +53,6 @@ def idle_in_slices(
 class S2AG_OT_idle(ModalOperator, NeedsCharacter, bpy.types.Operator):
     """Let the selected characters stand and wait as people do, each in a way of its own"""
 
-    bl_idname = "s2ag.idle"
     bl_label = "Idle"
     shares_events = False
 

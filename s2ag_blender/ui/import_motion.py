@@ -40,7 +40,6 @@ def apply_motion_file(
 class S2AG_OT_import_motion(OfCharacter, bpy.types.Operator, ImportHelper):
     """Let the character perform a motion file: one of ours, a BVH file or SMPL-X poses"""
 
-    bl_idname = "s2ag.import_motion"
     bl_label = "Perform Motion File"
 
     filter_glob: bpy.props.StringProperty(default="*.npz;*.bvh", options={"HIDDEN"})

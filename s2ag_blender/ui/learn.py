@@ -12,7 +12,6 @@ from .bases import NeedsCharacter, OperatorResult, require_character
 class S2AG_OT_learn(NeedsCharacter, bpy.types.Operator):
     """Save what this character does, with its speech, into a folder from which a network can be trained"""
 
-    bl_idname = "s2ag.learn"
     bl_label = "Learn from This Action"
     bl_options = {"REGISTER"}
 

@@ -38,7 +38,6 @@ def mark_items() -> list[tuple[str, str, str]]:
 class S2AG_OT_insert_mark(NeedsCharacter, bpy.types.Operator):
     """Write a mark into the words: at the cursor of the text, or at the end of what is typed"""
 
-    bl_idname = "s2ag.insert_mark"
     bl_label = "Insert Mark"
 
     mark: bpy.props.EnumProperty(

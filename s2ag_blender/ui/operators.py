@@ -35,7 +35,6 @@ def why_disabled(context: Context) -> str:
 class S2AG_OT_generate(GeneratingOperator, Button, bpy.types.Operator):
     """Make the character gesture to its recording"""
 
-    bl_idname = "s2ag.generate"
     bl_label = "Generate Gestures"
 
     keep_decisions: bpy.props.BoolProperty(
@@ -56,7 +55,6 @@ class S2AG_OT_generate(GeneratingOperator, Button, bpy.types.Operator):
 class S2AG_OT_cancel(Button, bpy.types.Operator):
     """Stop making gestures for this character; nothing has been changed"""
 
-    bl_idname = "s2ag.cancel"
     bl_label = "Cancel"
     bl_options = {"REGISTER"}
 
@@ -74,7 +72,6 @@ class S2AG_OT_cancel(Button, bpy.types.Operator):
 class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
     """Remove the timeline markers that stand for words"""
 
-    bl_idname = "s2ag.remove_markers"
     bl_label = "Remove Word Markers"
 
     @classmethod
@@ -91,7 +88,6 @@ class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
 class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
     """Write the character with its gestures as a file for other programs"""
 
-    bl_idname = "s2ag.export"
     bl_label = "Export Character"
     bl_options = {"REGISTER"}
     check_extension = True
@@ -143,7 +139,6 @@ class _AddCharacter(Button):
 class S2AG_OT_add_human(_AddCharacter, bpy.types.Operator):
     """Add a person with a skeleton, ready to gesture"""
 
-    bl_idname = "s2ag.add_human"
     bl_label = "Gesturing Human"
     character = "human"
 
@@ -155,6 +150,5 @@ class S2AG_OT_add_human(_AddCharacter, bpy.types.Operator):
 class S2AG_OT_add_mannequin(_AddCharacter, bpy.types.Operator):
     """Add a plain figure, ready to gesture"""
 
-    bl_idname = "s2ag.add_mannequin"
     bl_label = "Gesturing Mannequin"
     character = "mannequin"

@@ -9,13 +9,13 @@ import bpy
 
 from ...core.errors import S2agError
 from ...core.version import VERSION
-from ...core.worker import interpreter
 from .. import compat
 from ..datablocks import Context, current_context
 from ..engine import engine_state, errors_log
 from ..translations import translate, translate_error
 from . import menus
 from .bases import Icon, LayoutMixin
+from .panel import draw_engine_work
 
 _LINE_LETTERS = 96
 
@@ -50,7 +50,7 @@ class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
         buttons.operator("s2ag.open_log", icon="TEXT")
         _draw_facts(layout.box().column(align=True))
         if engine_state.STATE.work is not None:
-            _draw_work(layout, engine_state.STATE.work)
+            draw_engine_work(layout, engine_state.STATE.work)
         if engine_state.STATE.error is not None:
             _draw_error(layout, engine_state.STATE.error)
         self._draw_full(layout, context)
@@ -103,12 +103,6 @@ def _row(column: bpy.types.UILayout, name: str, value: str) -> None:
     row = column.split(factor=0.25)
     row.label(text=name)
     row.label(text=value, translate=False)
-
-
-def _draw_work(layout: bpy.types.UILayout, work: interpreter.Check) -> None:
-    row = layout.row(align=True)
-    row.progress(factor=work.value, text=translate(work.stage))
-    row.operator("s2ag.engine_cancel", text="", icon="X")
 
 
 def _draw_error(layout: bpy.types.UILayout, error: S2agError) -> None:

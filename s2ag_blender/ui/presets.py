@@ -35,7 +35,6 @@ _ROOT = str(Path(__file__).parents[2])
 class S2AG_OT_preset_add(AddPresetBase, Button, bpy.types.Operator):
     """Keep how this character gestures as a preset, or remove the preset"""
 
-    bl_idname = "s2ag.preset_add"
     bl_label = "Add Gesture Preset"
     preset_menu = "S2AG_PT_presets"
     preset_subdir = FOLDER

@@ -6,17 +6,16 @@ import bpy
 
 from ..datablocks import Context
 from ..translations import translate
-from .bases import OperatorResult
+from .bases import OperatorMixin, OperatorResult
 from .panel import Sidebar
 
 _WAIT, _MAX_TRIES = 0.1, 20
 """Seconds between tries to show the tab, and how many; tabs exist only once the sidebar was drawn."""
 
 
-class S2AG_OT_show_panel(bpy.types.Operator):
+class S2AG_OT_show_panel(OperatorMixin, bpy.types.Operator):
     """Open the sidebar of the 3D viewport at the tab Gestures"""
 
-    bl_idname = "s2ag.show_panel"
     bl_label = "Show Gestures Panel"
 
     def execute(self, context: Context) -> OperatorResult:

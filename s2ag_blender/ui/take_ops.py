@@ -47,7 +47,6 @@ class OfTake(GeneratingOperator, Button):
 class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
     """Key the selected take on every frame, or again on those that matter; edits by hand stay"""
 
-    bl_idname = "s2ag.change_keys"
     bl_label = "All Frames or Poses"
 
     @classmethod
@@ -70,7 +69,6 @@ class S2AG_OT_change_keys(OnTake, bpy.types.Operator):
 class S2AG_OT_key_heard(OnTake, bpy.types.Operator):
     """Key the sliders of energy, mood and confidence with what the selected take heard in the voice, to change it there"""
 
-    bl_idname = "s2ag.key_heard"
     bl_label = "Key What Is Heard"
 
     def work(self, context: Context) -> str:
@@ -83,7 +81,6 @@ class S2AG_OT_key_heard(OnTake, bpy.types.Operator):
 class S2AG_OT_reroll(OfTake, bpy.types.Operator):
     """Make another take with the settings of the selected one and a new seed"""
 
-    bl_idname = "s2ag.reroll"
     bl_label = "Re-Roll"
 
     def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
@@ -94,7 +91,6 @@ class S2AG_OT_reroll(OfTake, bpy.types.Operator):
 class S2AG_OT_vary(OfTake, bpy.types.Operator):
     """Make takes that are near the selected one"""
 
-    bl_idname = "s2ag.vary"
     bl_label = "Variations"
 
     spread: bpy.props.FloatProperty(
@@ -115,7 +111,6 @@ class S2AG_OT_vary(OfTake, bpy.types.Operator):
 class S2AG_OT_style_grid(GeneratingOperator, Button, bpy.types.Operator):
     """Make one take in every style of the gesture model, to choose from"""
 
-    bl_idname = "s2ag.style_grid"
     bl_label = "One of Each Style"
 
     @classmethod
@@ -133,7 +128,6 @@ class S2AG_OT_style_grid(GeneratingOperator, Button, bpy.types.Operator):
 class S2AG_OT_keep_take(OnTake, bpy.types.Operator):
     """Keep the selected take when the others are deleted, or no longer keep it"""
 
-    bl_idname = "s2ag.keep_take"
     bl_label = "Keep Take"
 
     def work(self, context: Context) -> None:
@@ -144,7 +138,6 @@ class S2AG_OT_keep_take(OnTake, bpy.types.Operator):
 class S2AG_OT_delete_take(OnTake, bpy.types.Operator):
     """Delete the selected take with its action, and with all its versions"""
 
-    bl_idname = "s2ag.delete_take"
     bl_label = "Delete Take"
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
@@ -165,7 +158,6 @@ class S2AG_OT_delete_take(OnTake, bpy.types.Operator):
 class S2AG_OT_delete_others(OnTake, bpy.types.Operator):
     """Delete all takes that are not kept and not selected"""
 
-    bl_idname = "s2ag.delete_others"
     bl_label = "Delete Others"
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
@@ -183,7 +175,6 @@ class S2AG_OT_delete_others(OnTake, bpy.types.Operator):
 class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
     """Set all settings to those that the selected take was made with"""
 
-    bl_idname = "s2ag.recall_take"
     bl_label = "Recall Settings"
 
     @classmethod
@@ -201,7 +192,6 @@ class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
 class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
     """Lengthen the scene so that it shows all of the selected take"""
 
-    bl_idname = "s2ag.fit_range"
     bl_label = "Fit Range"
 
     def work(self, context: Context) -> None:

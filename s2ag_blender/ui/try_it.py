@@ -52,7 +52,6 @@ def _corners(scene: bpy.types.Scene, armature: ArmatureObject) -> Iterator[tuple
 class S2AG_OT_try_it(GeneratingOperator, Button, bpy.types.Operator):
     """Add a person who says the example with gestures, and play it"""
 
-    bl_idname = "s2ag.try_it"
     bl_label = "Try It"
 
     @classmethod

@@ -14,7 +14,6 @@ from .take_ops import OnTake
 class S2AG_OT_follow_sound(GeneratingOperator, OnTake, bpy.types.Operator):
     """Bring the selected take, with all its versions, to where its sound is now: moved, trimmed, stretched, or said anew"""
 
-    bl_idname = "s2ag.follow_sound"
     bl_label = "Follow Sound"
 
     @classmethod
@@ -65,7 +64,6 @@ class _OnVersions(OnTake):
 class S2AG_OT_flip_version(_OnVersions, bpy.types.Operator):
     """Show what the selected take was before an edit, or another alternative; nothing is made anew"""
 
-    bl_idname = "s2ag.flip_version"
     bl_label = "Flip Versions"
 
     back: bpy.props.BoolProperty(
@@ -79,7 +77,6 @@ class S2AG_OT_flip_version(_OnVersions, bpy.types.Operator):
 class S2AG_OT_drop_versions(_OnVersions, bpy.types.Operator):
     """Delete all versions of the selected take but the one that is shown"""
 
-    bl_idname = "s2ag.drop_versions"
     bl_label = "Keep This Version"
 
     def work(self, context: Context) -> str:

@@ -13,6 +13,7 @@ from s2ag.core.learning.evaluate.faces import closure_times, closures_hit
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.face import CHANNELS, MOUTH, RATE, VISEMES, Face, channel, lips_closed
 from s2ag.core.motion.motion import Motion
+from s2ag.core.motion.rhubarb_export import viseme_cues
 from s2ag.core.sound import audio
 from s2ag.core.words import transcript
 
@@ -92,7 +93,7 @@ def test_no_viseme_flickers(spoken):
         face = animation.make_face(spoken, still(15), smoothness=smoothness)
         widths = [width for column in face.weights[:, : len(VISEMES)].T for width in faces.half_widths(column)]
         assert len(widths) > 100 and min(widths) >= SHORTEST
-        cues = face.cues()
+        cues = viseme_cues(face)
         assert all(end - start >= SHORTEST for _, start, end in cues) and cues[0][1] == 0
         assert all(one[2] == other[1] and one[0] != other[0] for one, other in zip(cues, cues[1:], strict=False))
 
