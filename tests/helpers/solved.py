@@ -3,7 +3,7 @@
 import numpy as np
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.hands import Hands
-from s2ag.rigs import arms
+from s2ag.rigs import chains
 from s2ag.rigs.detect import survey
 from s2ag.rigs.goals import Goals, Options
 from s2ag.rigs.retarget import rotations
@@ -11,7 +11,7 @@ from s2ag.rigs.skeleton import Bones, Mapping
 
 
 def detect(
-    bones: Bones, where: str = "The armature", known: Mapping | None = None, skin: arms.Reader = lambda: None
+    bones: Bones, where: str = "The armature", known: Mapping | None = None, skin: chains.Reader = lambda: None
 ) -> Mapping:
     """Return the mapping of an armature; raises the refusal of one that cannot gesture."""
     mapping, refusal = survey(bones, where, known, skin)
