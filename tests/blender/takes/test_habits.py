@@ -5,11 +5,12 @@ from types import SimpleNamespace
 import bpy
 from acted import Sheet, now, press
 from s2ag.core.settings import CURVES
+from s2ag.s2ag_blender import registration
 from s2ag.s2ag_blender.takes import generate, gesture_edits, operator_base, session
 from s2ag.s2ag_blender.ui import decisions, gesture_panel, panel, subpanels, take_ops
 
 PANELS = [gesture_panel.S2AG_PT_directing, decisions.S2AG_PT_decisions, panel.S2AG_PT_gestures]
-PANELS += [one for one in subpanels.CLASSES if issubclass(one, bpy.types.Panel)]
+PANELS += [one for one in registration.classes_of(subpanels) if issubclass(one, bpy.types.Panel)]
 EDITS = {
     "change_gesture": {"size": 1.3}, "add_gesture": {"kind": "point"}, "style_from": {"style": "stern"}, "feeling_from": {},
     "change_decision": {"number": 0, "size": 0.7}, "switch_decision": {"number": 0},
