@@ -9,7 +9,7 @@ from os import PathLike
 
 import numpy as np
 
-from .files import check_input, open_file
+from .files import open_file
 
 MAX_BYTES = 256_000_000
 """Bytes that all arrays of a motion may take unpacked; half a day takes 150 MB."""
@@ -43,12 +43,6 @@ def open_arrays(path: str | PathLike, largest: int = MAX_BYTES) -> Iterator[Mapp
         raise
     except DAMAGED as error:
         raise NotArrays(" ".join(str(error).split())[:200] or type(error).__name__) from error
-
-
-def map_array(path: str | PathLike) -> np.ndarray:
-    """Return the array of a ``.npy`` file, memory-mapped for reading. Raises OSError and :data:`DAMAGED`."""
-    check_input(path)
-    return np.load(path, mmap_mode="r", allow_pickle=False)
 
 
 def _declared_size(packed: zipfile.ZipFile, member: zipfile.ZipInfo) -> int:

@@ -12,24 +12,15 @@ import numpy as np
 from ..core.motion import quaternion, skeleton
 from ..core.motion.hands import Hands
 from ..core.motion.pelvis import Pelvis
-from . import (
-    arms,
-    chain_weights,
-    collision_spheres,
-    contact,
-    fingers,
-    handshapes,
-    head_ellipsoid,
-    limits,
-    palms,
-    proportions,
-    stance,
-)
+from . import arms, collision_spheres, contact, fingers, handshapes, head_ellipsoid, limits, palms, proportions, stance
 from .legs import Legs
 from .proportions import SIDES
 from .relative_turns import NEUTRAL, head_turn, torso_turn
 from .skeleton import ARMS, Bones, Mapping, character_frame
 from .slices import run_to_end
+
+_MIN_LENGTH = 1e-6
+"""Metres, as a share of the longest bone, below which a part has no length."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +90,7 @@ class Goals:
             bones.row(name): Role(part, place, float(share))
             for part, chain in mapping.chains.items()
             if part in skeleton.EDGE_NAMES
-            for place, (name, share) in enumerate(zip(chain, chain_weights.turn_shares(bones, mapping, part), strict=True))
+            for place, (name, share) in enumerate(zip(chain, turn_shares(bones, mapping, part), strict=True))
             if name not in mapping.held
         }
         self.hands = hands
@@ -270,3 +261,17 @@ class Goals:
             self.directions[:, fore] = arms.limit_elbows(
                 self.directions[:, upper], self.directions[:, fore], outward, forward, sign
             )
+
+
+def turn_shares(bones: Bones, mapping: Mapping, part: str) -> np.ndarray:
+    """Return the cumulative share (bones,) of a part's rotation after each bone of its chain; the last is 1.
+
+    A bone's length runs to the next one's head, the last one's to the end of the part. Bones without length add nothing;
+    if none has a length, all add the same."""
+    rows = [bones.row(name) for name in mapping.chains[part]]
+    heads = bones.heads[rows]
+    lengths = np.linalg.norm(np.diff(heads, axis=0, append=mapping.end(bones, part)[None]), axis=-1)
+    total = lengths.sum()
+    if len(rows) == 1 or total < _MIN_LENGTH * max(float(bones.lengths.max()), _MIN_LENGTH):
+        return np.arange(1, len(rows) + 1) / len(rows)
+    return np.append(np.cumsum(lengths[:-1]) / total, 1.0)

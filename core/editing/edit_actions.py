@@ -201,14 +201,17 @@ def _reroll(filler: Regenerator, state: State, edit: dict, apart: float) -> tupl
     start, stop = round(edit["from"] * motion.fps), min(round(edit["to"] * motion.fps) + 1, len(motion.directions))
     if stop - start < SHORTEST * motion.fps:
         raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
-    places = [(start, stop)]
+    return replace(state, motion=_anew(filler, state, edit, (start, stop))), 0.0
+
+
+def _anew(filler: Regenerator, state: State, edit: dict, span: frame_ranges.FrameRange) -> Motion:
+    """Return the take with all of a span performed anew."""
 
     def make(attempt: int, seed: int) -> Motion:
-        made, inside = filler.fill(motion, places, None, seed, state.held, plain=False, whole=True)
-        return semantic_gestures.record_meant(made, places, inside)
+        made, inside = filler.fill(state.motion, [span], None, seed, state.held, plain=False, whole=True)
+        return semantic_gestures.record_meant(made, [span], inside)
 
-    made, _ = best_attempt(filler, state, edit, places, make, lambda motion: 0.0)
-    return replace(state, motion=made), 0.0
+    return best_attempt(filler, state, edit, [span], make, lambda motion: 0.0)[0]
 
 
 def _turn(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
@@ -218,16 +221,11 @@ def _turn(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[
     others = [at for at, _ in state.feelings] if felt_then else [*filler.style_times, *(at for at, _ in state.changes)]
     later = [at for at in others if at > edit["at"]]
     start, stop = round(edit["at"] * motion.fps), round(min([*later, motion.duration + 1]) * motion.fps)
-    places = [(start, min(stop, len(motion.directions)))]
-    if places[0][1] - start < SHORTEST * motion.fps:
+    span = start, min(stop, len(motion.directions))
+    if span[1] - start < SHORTEST * motion.fps:
         raise UsageError("less than a phrase is chosen.", f"Choose {SHORTEST:g} s or more of the recording.")
     styled = filler.turned(after.changes, after.feelings)
-
-    def make(attempt: int, seed: int) -> Motion:
-        made, inside = styled.fill(motion, places, None, seed, state.held, plain=False, whole=True)
-        return semantic_gestures.record_meant(made, places, inside)
-
-    made, _ = best_attempt(styled, state, edit, places, make, lambda motion: 0.0)
+    made = _anew(styled, state, edit, span)
     if felt_then:
         made = styled.feeling_face(made, edit["at"], min([*later, motion.duration + 1]))
     return replace(after, motion=made), 0.0

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from ..motion import handshape, skeleton
-from . import wrist_places
 from .gesture_clip import GestureClip
 
 ARMS = ("both", "one", "alternate")
@@ -17,6 +16,10 @@ ANGLES = ("shake", "tilt", "turn", "shoulders", "across")
 STROKE = 0.28
 """Seconds of a stroke that does not say otherwise."""
 _MAX_DEGREES, _MAX_PLACES = 45.0, 30
+_UPPER, _FORE = (float(skeleton.LENGTHS[edge]) for edge in skeleton.ARMS[0])
+_ELBOW = skeleton.normalize(np.array([-0.45, 1.0, -0.25]))
+"""Where elbows hang: down, a little outward and back."""
+_SHORTEST, _LONGEST = 0.16, _UPPER + _FORE - 0.01
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ class Gesture:
         if acted is not None:
             path = np.stack([acted.arm(0.0), acted.arm(acted.lands)])
         elif "path" in entry:
-            path = wrist_places.reach(_rows(name, "path", entry["path"]))
+            path = reach_wrist(_rows(name, "path", entry["path"]))
         else:
             path = np.stack([_vectors(name, key, entry.get(key), (2, 3)) for key in ("ready", "stroke")])
         more: dict[str, Any] = {key: _number(name, key, entry[key], 0, _MAX_DEGREES) for key in ANGLES if key in entry}
@@ -75,7 +78,7 @@ class Gesture:
         if "knuckles" in entry:
             more["knuckles"] = _vectors(name, "knuckles", entry["knuckles"], (3,))
         if "other" in entry:
-            more["other"] = wrist_places.reach(_rows(name, "other", entry["other"]))
+            more["other"] = reach_wrist(_rows(name, "other", entry["other"]))
         for key in ("shape", "other_shape"):
             if key in entry:
                 more[key] = _shapes(name, entry[key], shapes)
@@ -132,3 +135,17 @@ def _number(name: str, key: str, value: object, low: float, high: float) -> floa
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
         raise ValueError(f"{key} of {name} is {value!r}, not a number from {low:g} to {high:g}")
     return float(value)
+
+
+def reach_wrist(places: np.ndarray) -> np.ndarray:
+    """Return directions ``(n, 2, 3)`` of the left upper arm and forearm whose wrist is at ``places`` ``(n, 3)``.
+
+    Places are metres outward, up and forward from the shoulder; those out of reach are approached."""
+    target = np.asarray(places, float) * (-1.0, -1.0, 1.0)
+    far = np.linalg.norm(target, axis=1, keepdims=True)
+    toward = np.where(far > 1e-6, target / np.maximum(far, 1e-6), (0.0, 0.0, 1.0))
+    far = np.clip(far, _SHORTEST, _LONGEST)
+    along = (_UPPER**2 + far**2 - _FORE**2) / (2 * far)
+    aside = skeleton.normalize(_ELBOW - (toward @ _ELBOW)[:, None] * toward)
+    elbow = along * toward + np.sqrt(np.maximum(_UPPER**2 - along**2, 0)) * aside
+    return skeleton.normalize(np.stack([elbow, far * toward - elbow], 1))

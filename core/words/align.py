@@ -61,16 +61,6 @@ class Alignment:
     phones: list[tuple[Phone, ...]] = field(default_factory=list)
 
 
-def align_words(
-    audio: np.ndarray, words: list[list[str]], progress: Callable[[float], object] | None = None
-) -> tuple[list[Span], list[str]]:
-    """Return ``(start, end)`` in seconds for every word, and warnings for the user; see :func:`align_stretches`."""
-    if not words:
-        return [], []
-    alignment = align_stretches(audio, [Stretch(words)], progress)
-    return alignment.spans, describe_problems(alignment, [" ".join(parts) for parts in words])
-
-
 def align_stretches(
     audio: np.ndarray, stretches: Sequence[Stretch], progress: Callable[[float], object] | None = None,
     model: dict | None = None

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from bodies import ARM_EDGES, Body, body, degrees, performance, pose, turned_degrees
 from s2ag.core.motion import quaternion, skeleton
-from s2ag.rigs import chain_weights, limits
+from s2ag.rigs import goals, limits
 from s2ag.rigs.goals import Goals, Options
 from s2ag.rigs.retarget import rotations
 from s2ag.rigs.skeleton import Mapping
@@ -119,15 +119,15 @@ def test_a_turn_is_shared_by_length():
     whole = body()
     bones = whole.bones()
     np.testing.assert_allclose(
-        chain_weights.turn_shares(bones, whole.mapping, "torso"), np.array([13.04, 27.07, 45.1]) / 45.1, atol=2e-3
+        goals.turn_shares(bones, whole.mapping, "torso"), np.array([13.04, 27.07, 45.1]) / 45.1, atol=2e-3
     )
-    assert chain_weights.turn_shares(bones, whole.mapping, "head") == [1.0]
+    assert goals.turn_shares(bones, whole.mapping, "head") == [1.0]
     stacked = {
         name: ((0, 0, 150) if name in ("spine1", "spine2", "spine3", "neck") else at, up)
         for name, (at, up) in whole.joints.items()
     }
     flat = Body(stacked, whole.chains)
-    np.testing.assert_allclose(chain_weights.turn_shares(flat.bones(), flat.mapping, "torso"), [1 / 3, 2 / 3, 1])
+    np.testing.assert_allclose(goals.turn_shares(flat.bones(), flat.mapping, "torso"), [1 / 3, 2 / 3, 1])
 
 
 @pytest.mark.parametrize("neck", [0.0, 0.3, 1.0])

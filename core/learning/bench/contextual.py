@@ -12,6 +12,7 @@ from ... import json_text, npz
 from ...errors import CorpusUnreadable, UsageError
 from ...files import sha256
 from ...vectors.table import word_per_frame
+from ..mapped_arrays import map_array
 from ..train.dataset import Corpus
 from ..train.storage import META, atomic_folder
 
@@ -71,7 +72,7 @@ def load(bench: Path) -> Contextual | None:
     if not (place / META).is_file():
         return None
     try:
-        arrays = (npz.map_array(place / f"{part}.npy") for part in Contextual._fields)
+        arrays = (map_array(place / f"{part}.npy") for part in Contextual._fields)
         return Contextual(*arrays)
     except (OSError, *npz.DAMAGED) as error:
         raise CorpusUnreadable(f"{place} is damaged.", "Delete it and give --contextual again.") from error

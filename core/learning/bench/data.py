@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from ... import npz
 from ...errors import CorpusUnreadable
 from ...model.mfcc_timing import nearest_mfcc
 from ...model.wave_encoder import FRAMES
@@ -18,6 +17,7 @@ from ...sound.audio import SAMPLE_RATE
 from ...sound.mfcc import mfcc
 from ...vectors.table import word_per_frame
 from ..datasets.filters import usable
+from ..mapped_arrays import map_array
 from ..systems import word_timing
 from ..systems.lengths import Lengths
 from ..systems.sample import PAD, SPECIAL, Sample
@@ -172,7 +172,7 @@ def _features(data: Data, cache: Path, progress: Callable[[float], None]) -> dic
     folder = cache / "features"
     try:
         if (folder / "meta.json").is_file() and json.loads((folder / "meta.json").read_text("utf-8")).get(_KEY) == key:
-            return {name: npz.map_array(folder / f"{name}.npy") for name in _FEATURES}
+            return {name: map_array(folder / f"{name}.npy") for name in _FEATURES}
     except (OSError, ValueError):
         pass  # a damaged cache is computed again
     cache.mkdir(parents=True, exist_ok=True)

@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from ...sound.audio import SAMPLE_RATE, load, normalise_level
-from ...words.align import align_words
 from ...words.transcript import tokenise
 from .phonemes import PUNCTUATION, SpokenWord
-from .voices import words_from_times
+from .voices import align_words, words_from_times
 
 PROMPTS = Path("/usr/share/asterisk/sounds/en_US_f_Allison")
 """Folder of Debian's asterisk-core-sounds-en-wav (Allison Smith, CC BY-SA 3.0); the package holds no texts."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...errors import EngineMissing, S2agError
 from ...sound.audio import SAMPLE_RATE
-from ...words.align import align_words
+from ...words.align import Span, Stretch, align_stretches, describe_problems
 from . import phonemes
 from .flite import Flite
 from .lexicon import FUNCTION_WORDS
@@ -162,3 +162,11 @@ def _scale(word: phonemes.SpokenWord, factor: float) -> phonemes.SpokenWord:
     begin, end = (round(x * factor) for x in word.vowel)
     pause = round(word.pause * factor) if word.pause >= 0 else -1
     return replace(word, start=round(word.start * factor), end=round(word.end * factor), vowel=(begin, end), pause=pause)
+
+
+def align_words(audio: np.ndarray, words: list[list[str]]) -> tuple[list[Span], list[str]]:
+    """Return ``(start, end)`` in seconds for every word, and warnings for the user; see :func:`align_stretches`."""
+    if not words:
+        return [], []
+    alignment = align_stretches(audio, [Stretch(words)])
+    return alignment.spans, describe_problems(alignment, [" ".join(parts) for parts in words])

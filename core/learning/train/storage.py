@@ -29,6 +29,7 @@ import numpy as np
 from ... import json_text, npz
 from ...errors import CorpusUnreadable, OutputUnwritable
 from ...motion.skeleton import FPS
+from ..mapped_arrays import map_array
 
 FORMAT = 2
 BUILD = "Build one with: python -m s2ag.core.learning.corpus, or convert a data set with: s2ag data"
@@ -92,7 +93,7 @@ def load_arrays(folder: str | PathLike) -> tuple[dict[str, np.ndarray], dict]:
         meta = json_text.read(folder / META)
         if not isinstance(meta, dict) or meta.get("format") != FORMAT:
             raise ValueError(f"it is not of format {FORMAT}")
-        arrays = {path.stem: npz.map_array(path) for path in sorted(folder.glob("*.npy"))}
+        arrays = {path.stem: map_array(path) for path in sorted(folder.glob("*.npy"))}
         missing = [name for name in ARRAYS if name not in arrays]
         if missing:
             raise ValueError(f"{missing[0]}.npy is missing")
