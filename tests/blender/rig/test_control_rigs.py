@@ -5,6 +5,7 @@ import math
 import bpy
 import found_rigs
 import numpy as np
+import people
 import pytest
 import rigging
 from bodies import body, performance
@@ -114,7 +115,7 @@ def test_mesh2motion_control_rig(shared, record_property):
 
 @pytest.mark.parametrize("name", human.RIGS)
 def test_humans(name, record_property):
-    item = human.build(name).armature
+    item = people.armature(name)
     motion = Motion(performance(30, size=1.2))
     mapping = reading.resolve_mapping(item, reading.read(item))
     assert not why(item, mapping)

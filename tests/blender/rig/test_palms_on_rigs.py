@@ -10,6 +10,7 @@ import bpy
 import found_rigs
 import handed
 import numpy as np
+import people
 import pytest
 import rigging
 import skeletons
@@ -21,7 +22,7 @@ from s2ag.rigs import legs
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import SIDES, Goals, Options
 from s2ag.rigs.skeleton import character_frame
-from s2ag.s2ag_blender.characters import human, mannequin
+from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.rig.hands import free_bones
@@ -107,7 +108,7 @@ def test_every_family_has_the_motions_hands(family):
 
 @pytest.mark.parametrize("name", ["default", "mixamo", "game_engine", "rigify"])
 def test_the_human_has_the_motions_hands(name):
-    check(f"human: {name}", human.build(name).armature)
+    check(f"human: {name}", people.armature(name))
 
 
 def test_the_mannequin_has_the_motions_hands():
@@ -115,7 +116,7 @@ def test_the_mannequin_has_the_motions_hands():
 
 
 def test_a_hand_without_fingers_has_them():
-    item, directions = human.build("cmu_mb").armature, performance(20, size=0.3)
+    item, directions = people.armature("cmu_mb"), performance(20, size=0.3)
     bones, hands = reading.read(item), handed.hands(directions)
     bpy.context.scene.render.fps = 15
     goals = Goals(bones, reading.resolve_mapping(item, bones), directions, hands=hands)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import bpy
 import found_rigs
 import numpy as np
+import people
 import pytest
 import rigging
 import skeletons
@@ -15,7 +16,6 @@ from s2ag.core.motion.motion import Motion
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import Options
 from s2ag.rigs.skeleton import character_frame
-from s2ag.s2ag_blender.characters import human
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 from solved import detect
@@ -106,7 +106,7 @@ def test_mesh2motion_human(shared):
 
 @pytest.mark.parametrize("name", ["default", "mixamo", "game_engine", "cmu_mb", "rigify"])
 def test_rigs_of_the_human_by_name_and_by_position(name):
-    item = human.build(name).armature
+    item = people.armature(name)
     found = reading.resolve_mapping(item, reading.read(item))
     assert set(found.chains) >= set(skeleton.EDGE_NAMES) and found.warnings == ()
     assert {one.how for one in found.findings if one.bones} == {"name"}

@@ -6,6 +6,7 @@ import bpy
 import found_rigs
 import handed
 import numpy as np
+import people
 import pytest
 import rigging
 import skeletons
@@ -16,7 +17,7 @@ from s2ag.rigs import legs
 from s2ag.rigs.family import families
 from s2ag.rigs.skeleton import character_frame
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.characters import human, mannequin
+from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 
@@ -87,7 +88,7 @@ def test_feet_stay_of_the_mannequin():
     "rig", ["default", *(pytest.param(one, marks=pytest.mark.slow) for one in ("mixamo", "game_engine", "cmu_mb", "rigify"))]
 )
 def test_feet_stay_of_the_human(rig):
-    check(human.build(rig).armature)
+    check(people.armature(rig))
 
 
 def test_a_rig_that_lies_scaled_and_turned():
