@@ -4,6 +4,7 @@ Bones and limbs are the data of ``mannequin.json``, which :mod:`mannequin_recipe
 
 import json
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import cast
 
@@ -19,20 +20,27 @@ DATA = Path(__file__).with_name("mannequin.json")
 
 def build(collection: bpy.types.Collection | None = None) -> Character:
     """Build the mannequin into a new collection of the current scene."""
-    design = json.loads(DATA.read_text("utf-8"))
+    bones, names, body = _design()
     if collection is None:
         collection = bpy.data.collections.new("Mannequin")
         current_context().scene.collection.children.link(collection)
-    armature = _armature(design["bones"], collection)
+    armature = _armature(bones, collection)
     looks = [
         materials.plain("Mannequin body", (0.60, 0.56, 0.50), 0.45),
         materials.plain("Mannequin joint", (0.075, 0.085, 0.10), 0.35),
         materials.plain("Mannequin face", (0.028, 0.11, 0.14), 0.2),
     ]
-    names = [name for name, *_ in design["bones"]]
-    part = skinned_surface.to_object("Mannequin Body", _body(design["limbs"], names), names, looks, collection)
+    part = skinned_surface.to_object("Mannequin Body", body, names, looks, collection)
     skinned_surface.follow(part, armature)
     return Character(armature, (part,), collection)
+
+
+@cache
+def _design() -> tuple[list[tuple], list[str], skinned_surface.Surface]:
+    """Return bones, their names and the body, which are the same for every mannequin."""
+    design = json.loads(DATA.read_text("utf-8"))
+    names = [name for name, *_ in design["bones"]]
+    return design["bones"], names, _body(design["limbs"], names)
 
 
 def _armature(bones: Sequence[tuple], collection: bpy.types.Collection) -> ArmatureObject:

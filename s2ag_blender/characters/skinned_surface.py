@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, cast
 
 import bpy
@@ -83,14 +84,19 @@ class Surface:
             weights = 0.5 * (weights + self._around(weights))
         return replace(self, weights=weights)
 
-    def _around(self, values: np.ndarray) -> np.ndarray:
-        """Return the mean (n, k) of ``values`` (n, k) over each point's neighbours."""
+    @cached_property
+    def _neighbours(self) -> tuple[np.ndarray, ...]:
+        """Points that have neighbours, where each one's begin, how many they are (p,), and all neighbours (k,)."""
         edges = np.unique(np.sort(self.edges(), 1), axis=0)
         both = np.concatenate([edges, edges[:, ::-1]])
         both = both[np.argsort(both[:, 0], kind="stable")]
-        points, starts, counts = np.unique(both[:, 0], return_index=True, return_counts=True)
+        return *np.unique(both[:, 0], return_index=True, return_counts=True), both[:, 1]
+
+    def _around(self, values: np.ndarray) -> np.ndarray:
+        """Return the mean (n, k) of ``values`` (n, k) over each point's neighbours."""
+        points, starts, counts, others = self._neighbours
         mean = values.copy()
-        mean[points] = np.add.reduceat(values[both[:, 1]], starts, axis=0) / counts[:, None]
+        mean[points] = np.add.reduceat(values[others], starts, axis=0) / counts[:, None]
         return mean
 
 
