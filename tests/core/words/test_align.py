@@ -104,12 +104,16 @@ def spoken(lines):
     return [said for _, said in transcript.tokenise("\n".join(lines))]
 
 
+@pytest.fixture(scope="module")
+def two_sonnets(shared):
+    """Sound, words and where the words are said when nothing else is there, of each of two readings."""
+    found = [(sound, spoken(lines)) for sound, lines in (sonnet(shared, name) for name in ("p001", "p002"))]
+    return [(sound, words, align.align_words(sound, words)[0]) for sound, words in found]
+
+
 @pytest.mark.parametrize("case", ["sound without text", "text without sound"])
-def test_what_has_no_counterpart_does_not_lose_the_rest(shared, case):
-    first, lines = sonnet(shared, "p001")
-    second, more = sonnet(shared, "p002")
-    before, after = spoken(lines), spoken(more)
-    expected = align.align_words(first, before)[0], align.align_words(second, after)[0]
+def test_what_has_no_counterpart_does_not_lose_the_rest(two_sonnets, case):
+    (first, before, begun), (second, after, ended) = two_sonnets
     between, extra = np.zeros(0, np.float32), []
     if case == "sound without text":
         between = first[10 * 16000 : 30 * 16000][::-1]
@@ -121,8 +125,8 @@ def test_what_has_no_counterpart_does_not_lose_the_rest(shared, case):
     # a numeral at the seam may be taken for noise
     assert missing <= 1 if not extra else abs(missing - len(extra)) <= 4
     shift = (len(first) + len(between)) / 16000
-    begins = np.array([start for start, _ in spans[:90]]) - [start for start, _ in expected[0][:90]]
-    ends = np.array([start - shift for start, _ in spans[-60:]]) - [start for start, _ in expected[1][-60:]]
+    begins = np.array([start for start, _ in spans[:90]]) - [start for start, _ in begun[:90]]
+    ends = np.array([start - shift for start, _ in spans[-60:]]) - [start for start, _ in ended[-60:]]
     assert np.percentile(np.abs(begins), 95) < 0.1 and np.percentile(np.abs(ends), 95) < 0.1
 
 
