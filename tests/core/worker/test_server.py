@@ -285,23 +285,23 @@ def test_warm_hello_loads_the_network(random_checkpoint, worker):
         assert "libtorch" in maps.read_text()
 
 
-def test_shutdown_during_work_ends_it_and_removes_its_files(random_checkpoint, long_voice, tmp_path):
+def test_shutdown_during_work_ends_it_and_removes_its_files(flow_checkpoint, long_voice, tmp_path):
     pipe = Pipe(env={**os.environ, "TMPDIR": str(tmp_path)})
-    params = {"audio": str(long_voice), "checkpoint": str(random_checkpoint)}
+    params = {"audio": str(long_voice), "checkpoint": str(flow_checkpoint)}
     pipe.say({"id": 1, "method": "synthesize", "params": params})
     while pipe.hear("event")["stage"] != "generate":
         pass
     pipe.say({"method": "shutdown"})
     assert pipe.ended() == 0
     pipe.process.communicate()
-    assert not list(tmp_path.glob(f"{TEMPORARY_PREFIX}*"))  # torch makes folders of its own there
+    assert not list(tmp_path.glob(f"{TEMPORARY_PREFIX}*"))
 
 
-def test_a_vanished_temporary_folder_is_made_again_and_orphans_are_swept(random_checkpoint, tmp_path):
+def test_a_vanished_temporary_folder_is_made_again_and_orphans_are_swept(flow_checkpoint, tmp_path):
     write_wav(tmp_path / "a.wav", np.zeros(8000))
     own = tmp_path / "temporary"
     own.mkdir()
-    request = {"method": "synthesize", "params": {"audio": str(tmp_path / "a.wav"), "checkpoint": str(random_checkpoint)}}
+    request = {"method": "synthesize", "params": {"audio": str(tmp_path / "a.wav"), "checkpoint": str(flow_checkpoint)}}
     killed = Pipe(env={**os.environ, "TMPDIR": str(own)})
     killed.say(request | {"id": 1})
     assert Path(killed.hear()["result"]["motions"][0]).is_file()
