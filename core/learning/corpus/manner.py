@@ -15,7 +15,7 @@ _HEIGHT = {"low": -9.0, "mid": 0.0, "high": 11.0}
 
 _CALMEST, _LIVELIEST = 2.7, 0.8
 """Longest and shortest gap of a performer: 0 and 1 of liveliness."""
-_SIZE, _TEMPO = (0.62, 0.34), (1.15, 0.22)
+_SIZE, _TEMPO = (0.56, 0.34), (1.12, 0.22)
 """Size and tempo of a performer whose tastes of them are 1, at no liveliness, and what full liveliness adds: captured movements
 made somewhat smaller and quicker, as networks that learn of them draw larger and slower ones."""
 _ALONE = 1.3

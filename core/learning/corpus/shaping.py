@@ -31,7 +31,7 @@ _SIZE_AROUSAL = 0.62
 and at most 0.6 times at -1."""
 _LARGEST = 1.7
 """Largest size: beyond it arms would turn around the body."""
-_OF_EDGES = np.array([1.2, 0.94, 1.2, 0.94])[:, None]
+_OF_EDGES = np.array([1.4, 0.9, 1.4, 0.9])[:, None]
 """Factors of size of upper arms and forearms: hands that go home come from forearms mostly, and people move from the shoulder
 more; without these performances are told by the forearm's share."""
 _WAVES, _SIZE_SPREAD, _GAIN_SPREAD = 4.0, 0.16, 0.3
@@ -40,6 +40,9 @@ constant."""
 _ASIDE_OTHER, _WAITING = 0.85, 4.0
 """How much smaller the hand that does not lead moves, for a performer who leaves all to one, and the seconds over which its
 place is smoothed in the same measure: it waits where it is."""
+_PERCH = 0.5
+"""How far hands stay about the middle of those seconds: people's beats start from a perch and come back to it, and movements that
+were made smaller about a place that wanders seldom do."""
 _LAGS = (-2, -1, 0, 1, 2)
 """Frames by which arms that predict trunk and head are shifted: before and after them by 0.13 s."""
 _PENALTY = 0.02
@@ -152,15 +155,16 @@ def express(
 
 def _sized(arms: np.ndarray, manner: Manner, arousal: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Return arms ``(frames, 4, 3)`` that move more or less about where they are."""
-    slow = smooth(arms, _SLOW)
+    slow, waiting = smooth(arms, _SLOW), smooth(arms, _WAITING)
+    perch = slow + _PERCH * (waiting - slow)
     if manner.lead:
         other = slice(0, 2) if manner.lead > 0 else slice(2, 4)
-        slow[:, other] += _ASIDE_OTHER * manner.alone * (smooth(arms[:, other], _WAITING) - slow[:, other])
+        perch[:, other] += _ASIDE_OTHER * manner.alone * (waiting[:, other] - perch[:, other])
     drift = np.exp(_wander(len(arms), _WAVES, random) * _SIZE_SPREAD)
     size = np.minimum(manner.size * 2 ** (_SIZE_AROUSAL * arousal) * drift, _LARGEST)[:, None, None] * _OF_EDGES
     own = np.array([1.0, 1.0])
     own[int(manner.lead < 0)] -= _ASIDE_OTHER * manner.alone * abs(manner.lead)
-    return slow + size * np.repeat(own, 2)[:, None] * (arms - slow)
+    return perch + size * np.repeat(own, 2)[:, None] * (arms - slow)
 
 
 def _steady(body: np.ndarray, quick: np.ndarray, random: np.random.Generator) -> None:
