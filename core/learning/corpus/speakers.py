@@ -177,8 +177,8 @@ PERFORMERS = (
 
 
 NOISE_SCALES = {
-    "shy student": 0.82, "deadpan": 0.88, "tired": 0.93, "skeptic": 0.95, "news anchor": 0.96, "stern": 0.96,
-    "calm lecturer": 0.97,
+    "shy student": 0.66, "deadpan": 0.76, "tired": 0.84, "skeptic": 0.86, "news anchor": 0.87, "stern": 0.87,
+    "calm lecturer": 0.88,
 }  # fmt: skip
 """Scale of the noise for performers that must be calm: sampled motion is livelier than the motion it was trained on."""
 DEFAULT = "eager storyteller"
