@@ -4,11 +4,12 @@
 
 Each form of each schema is performed at the word in three styles, by a document (docs/meaning.md), and measured at its stroke:
 how far wrists go up, out and forward, how far apart hands are, how much of a circle is drawn, which fingers are straight, how
-far the head turns and shoulders rise. Prints a line a schema, and which forms miss what they are meant to do.
+far the head turns and shoulders rise. Prints a line a schema, and which forms miss what they are meant to do. With --character
+a character is measured as Blender keys it, else the canonical figure.
 """
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,8 @@ from ..synthesis.session import Session
 STYLES = ("calm lecturer", "stern", "excited teenager")
 _STRAIGHT, _SIDE = 35.0, ("left", "right")
 """A finger that is bent less, in degrees, is straight."""
+_AFTER = 1.2
+"""Seconds after a stroke in which head and shoulders are seen."""
 NUMBERS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 _WIDER, _CLOSER = ("wide", "grow", "big", "split", "open"), ("merge",)
 _OUT, _IN = ("forward", "future", "push", "give", "throw", "out", "far"), ("back", "past", "pull", "take", "come")
@@ -60,25 +63,53 @@ def perform(session: Session, schemas: Sequence[str], styles: Sequence[str], wor
                 yield Shown(schema, form, style, motion, plain, motion.meta["shows"][0][1], gesture.seconds)
 
 
+class Body(NamedTuple):
+    """What is measured of a figure: wrists ``(frames, 2, 3)`` in metres from the middle between its shoulders, left first, y
+    down and z forward; unit directions of the head ``(frames, 3)`` and of the clavicles ``(frames, 2, 3)``; fingers that are
+    straight ``(frames, 2)``."""
+
+    wrists: np.ndarray
+    head: np.ndarray
+    clavicles: np.ndarray
+    straight: np.ndarray
+
+
+def canonical(motion: Motion) -> Body:
+    """Return the canonical figure that performs a motion."""
+    joints = skeleton.to_positions(motion.directions)
+    shoulders = joints[:, [skeleton.EDGES[upper][0] for upper, _ in skeleton.ARMS]].mean(1, keepdims=True)
+    wrists = joints[:, [skeleton.EDGES[fore][1] for _, fore in skeleton.ARMS]] - shoulders
+    assert motion.hands is not None
+    fingers = motion.hands.shape
+    bent = np.stack([handshape.columns(fingers, part) for part in ("base", "rest")]).max(0) > _STRAIGHT
+    thumbs = handshape.column(fingers, "thumb_out") > 40
+    straight = (~bent).sum(-1) + thumbs * (~bent).all(-1)
+    return Body(wrists, motion.directions[:, 2], motion.directions[:, [3, 6]], straight)
+
+
+def span(shown: Shown) -> tuple[int, int]:
+    """Return the first and the last frame of a gesture's stroke."""
+    return round(max(shown.lands - shown.seconds, 0) * skeleton.FPS), round(shown.lands * skeleton.FPS)
+
+
 def figures(shown: Shown) -> dict[str, float]:
-    """Return what is seen of a gesture, in metres, degrees and fingers; arms are those that differ most from the plain take."""
-    fps = skeleton.FPS
-    first, last = round(max(shown.lands - shown.seconds, 0) * fps), round(shown.lands * fps)
-    places, before = (_wrists(one.directions) for one in (shown.motion, shown.plain))
+    """Return what is seen of a gesture on the canonical figure (:func:`measure`)."""
+    return measure(shown.schema, *span(shown), canonical(shown.motion), canonical(shown.plain))
+
+
+def measure(schema: str, first: int, last: int, body: Body, plain: Body) -> dict[str, float]:
+    """Return what is seen of a stroke, in metres, degrees and fingers; arms are those that differ most from the plain take."""
+    places = body.wrists
     arm = int(np.linalg.norm(np.diff(places[first : last + 1], axis=0), axis=-1).sum(0).argmax())
     way = places[first : last + 1, arm] * (-1 if arm == 0 else 1, -1, 1)  # outward, up, forward
     turned = np.diff(np.unwrap(_angles(way)))
     gap = np.linalg.norm(places[:, 0] - places[:, 1], axis=-1)
-    assert shown.motion.hands is not None
-    fingers = shown.motion.hands.shape[last + 1]
-    bent = np.stack([handshape.columns(fingers, part) for part in ("base", "rest")]).max(0) > _STRAIGHT
-    thumbs = handshape.column(fingers, "thumb_out") > 40
-    straight = (~bent).sum(-1) + thumbs * (~bent).all(-1)
-    near = slice(first, last + round(1.2 * fps))
-    head = np.degrees(np.arcsin(np.clip(shown.motion.directions[near, 2, 0] - shown.plain.directions[near, 2, 0], -1, 1)))
-    lift = [-one.directions[near, 6 if arm else 3, 1].min() for one in shown[3:5]]
+    straight = body.straight[last + 1]
+    near = slice(first, last + round(_AFTER * skeleton.FPS))
+    head = np.degrees(np.arcsin(np.clip(body.head[near, 0] - plain.head[near, 0], -1, 1)))
+    lift = [-one.clavicles[near, arm, 1].min() for one in (body, plain)]
     return {
-        "away": float(np.linalg.norm(places - before, axis=-1)[last].max()),
+        "away": float(np.linalg.norm(places - plain.wrists, axis=-1)[last].max()),
         "way": float(np.linalg.norm(np.diff(way, axis=0), axis=-1).sum()),
         "up": float(way[-1, 1] - way[0, 1]),
         "height": float(way[-1, 1]),
@@ -88,17 +119,10 @@ def figures(shown: Shown) -> dict[str, float]:
         "gap": float(gap[last]),
         "widened": float(gap[last] - gap[first]),
         "round": float(np.degrees(np.abs(turned.sum()))),
-        "fingers": float(straight.sum() if shown.schema in NUMBERS[5:] else straight[arm]),
+        "fingers": float(straight.sum() if schema in NUMBERS[5:] else straight[arm]),
         "shake": float(np.ptp(head)),
         "shoulders": float(np.degrees(lift[0] - lift[1])),
     }
-
-
-def _wrists(directions: np.ndarray) -> np.ndarray:
-    """Return left and right wrist ``(frames, 2, 3)`` from the middle between the shoulders, in metres."""
-    joints = skeleton.to_positions(directions)
-    shoulders = joints[:, [skeleton.EDGES[upper][0] for upper, _ in skeleton.ARMS]].mean(1, keepdims=True)
-    return joints[:, [skeleton.EDGES[fore][1] for _, fore in skeleton.ARMS]] - shoulders
 
 
 def _angles(way: np.ndarray) -> np.ndarray:
@@ -137,12 +161,20 @@ def main() -> None:
     for name in ("recording", "transcript", "word"):
         parser.add_argument(name)
     parser.add_argument("--schema", nargs="*", help="these alone")
+    parser.add_argument("--character", help="measure a character as Blender keys it: mannequin, human, human:RIG or a file")
+    parser.add_argument("--first", action="store_true", help="with --character: the first form of each schema alone")
     options = parser.parse_args()
     session, rows, failed = Session(remember=True), {}, []
     schemas = options.schema or list(vocabulary.load_vocabulary().gestures)
     recording = {"audio": options.recording, "transcript": options.transcript}
-    for one in perform(session, schemas, STYLES, options.word, **recording):
-        seen = figures(one)
+    performed: Iterable[Shown] = perform(session, schemas, STYLES, options.word, **recording)
+    measured: Iterable[tuple] = ((one, figures(one)) for one in performed)
+    if options.character:
+        from . import meaning_characters
+
+        performed = [one for one in performed if not options.first or one.form == 1]
+        measured = zip(performed, meaning_characters.figures(options.character, performed), strict=True)
+    for one, seen in measured:
         name, fits = meant(one.schema, seen)
         rows.setdefault((one.schema, name), []).append((seen[name], fits))
         if not fits:

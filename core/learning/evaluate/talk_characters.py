@@ -32,7 +32,7 @@ def pieces(motions: Sequence[Motion], count: int = PIECES) -> list[Motion]:
     frames = round(PIECE * skeleton.FPS)
     spans = [(motion, begin) for motion in motions for begin in range(0, max(len(motion.directions) - frames, 0) + 1, frames)]
     rows = np.unique(np.linspace(0, len(spans) - 1, min(count, len(spans))).round().astype(int))
-    return [_cut(spans[row][0], slice(spans[row][1], spans[row][1] + frames)) for row in rows.tolist()]
+    return [cut(spans[row][0], slice(spans[row][1], spans[row][1] + frames)) for row in rows.tolist()]
 
 
 def joints(character: str, motions: Sequence[Motion], run: Run) -> list[np.ndarray]:
@@ -41,20 +41,24 @@ def joints(character: str, motions: Sequence[Motion], run: Run) -> list[np.ndarr
     The nose is where a head's is; the beginnings of all are left out (:data:`EASE`). Raises :class:`S2agError` where Blender or
     the character is missing, and ``ValueError`` for one whose joints are not known by name.
     """
+    places = joint_places(keyed(character, motions, run), character)
+    ends = np.cumsum([len(motion.directions) for motion in motions]).tolist()
+    begins = [round(EASE * skeleton.FPS) + start for start in (0, *ends)]
+    return [places[begin:end] for begin, end in zip(begins, ends, strict=False)]
+
+
+def keyed(character: str, motions: Sequence[Motion], run: Run) -> Posed:
+    """Key motions on a character, one after another, and return its skeleton in motion."""
     with tempfile.TemporaryDirectory(prefix="s2ag-") as folder:
         motion, job, written = (Path(folder) / f"talk.{suffix}" for suffix in ("npz", "json", "bvh"))
         _joined(motions).save(motion)
         content = {"motions": [str(motion)], "character": character, "fps": skeleton.FPS, "outputs": [str(written)]}
         job.write_text(json.dumps(content), "utf-8")
         run("render.job", str(job))
-        posed, _ = bvh.read(written)
-    places = _places(posed, character)
-    ends = np.cumsum([len(motion.directions) for motion in motions]).tolist()
-    begins = [round(EASE * skeleton.FPS) + start for start in (0, *ends)]
-    return [places[begin:end] for begin, end in zip(begins, ends, strict=False)]
+        return bvh.read(written)[0]
 
 
-def _places(posed: Posed, character: str) -> np.ndarray:
+def joint_places(posed: Posed, character: str) -> np.ndarray:
     """Return the canonical joints of a skeleton, the nose in its place."""
     rows = [posed.row(role) for role in ROLES]
     if min(rows) < 0:
@@ -65,7 +69,8 @@ def _places(posed: Posed, character: str) -> np.ndarray:
     return skeleton.y_up_to_canonical(places) / (100.0 if reach > 10 else 1.0)  # some characters are in centimetres
 
 
-def _cut(motion: Motion, frames: slice) -> Motion:
+def cut(motion: Motion, frames: slice) -> Motion:
+    """Return frames of a motion."""
     return Motion(motion.directions[frames], hands=motion.hands and motion.hands[frames])
 
 
