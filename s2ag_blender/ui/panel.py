@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from ...core.worker import interpreter
-from ..datablocks import ArmatureObject, Context
+from ..datablocks import ArmatureObject, Context, current_context
 from ..engine import engine_state, errors_log
 from ..rig import readiness
 from ..takes import menu_items, preview, session, sources, take_list, versions
@@ -18,6 +18,8 @@ from .setting_properties import draw_group
 
 _FIELD_PIXELS = 100
 """Pixels of a path that its field shows."""
+_BUTTON_SCALE = 1.4
+"""Height of the button that generates, in heights of a usual one."""
 
 
 class Sidebar(LayoutMixin):
@@ -190,9 +192,12 @@ def draw_progress(layout: bpy.types.UILayout, armature: ArmatureObject) -> bool:
     """Draw the progress of a run for this character and the button that cancels it; return whether there is a run."""
     run = session.run_of(armature)
     if run is not None:
-        row = layout.row(align=True)
+        column = layout.column(align=True)
+        row = column.row(align=True)
+        row.scale_y = _BUTTON_SCALE  # as high as the button, lest all below it move under the mouse
         row.progress(factor=run.value, text=run.text)
         row.operator("s2ag.cancel", text="", icon="X")
+        draw_live(column)
     return run is not None
 
 
@@ -212,14 +217,19 @@ def draw_button(layout: bpy.types.UILayout, context: Context) -> None:
     """Draw the button that generates, why it is greyed, and the switch of the live preview."""
     column = layout.column(align=True)
     row = column.row(align=True)
-    row.scale_y = 1.4
+    row.scale_y = _BUTTON_SCALE
     row.operator("s2ag.generate", icon="PLAY")
     reason = why_disabled(context)
     if reason:
         draw_sentence(column, reason, "INFO")
+    draw_live(column)
+
+
+def draw_live(column: bpy.types.UILayout) -> None:
+    """Draw the switch of the live preview."""
     row = column.row()
     row.use_property_split = False  # so that the label is inside the button
-    row.prop(context.window_manager.s2ag, "live", toggle=True, icon="HIDE_OFF" if preview.is_on(context) else "HIDE_ON")
+    row.prop(current_context().window_manager.s2ag, "live", toggle=True, icon="HIDE_OFF" if preview.is_on() else "HIDE_ON")
 
 
 def draw_engine_work(layout: bpy.types.UILayout, work: interpreter.Check) -> None:

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import bpy
-from acted import Sheet, now, press
+from acted import Sheet, drawn, now, press
 from s2ag.core.settings import CURVES
 from s2ag.s2ag_blender import registration
 from s2ag.s2ag_blender.takes import generate, gesture_edits, operator_base, session
@@ -118,6 +118,7 @@ def test_the_bin_names_what_it_deletes_and_asks_where_it_is_more_than_one(speake
 def test_one_bar_shows_progress_and_the_wheel_scrolls_meanwhile(speaker):
     run = session.Run(bpy.context, speaker, generate.plan(bpy.context, speaker))
     assert len(sheet()["bars"]) == 1
+    assert "live" in drawn(panel.S2AG_PT_gestures)  # where the button was is as much as before: nothing below moves
     wheel = SimpleNamespace(type="WHEELDOWNMOUSE", value="PRESS")
     running = SimpleNamespace(_run=run, shares_events=False)
     assert operator_base.ModalOperator.modal(running, bpy.context, wheel) == {"PASS_THROUGH"}
