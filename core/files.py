@@ -35,7 +35,7 @@ def open_file(path: str | os.PathLike) -> BinaryIO:
     mode = os.stat(path).st_mode
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         raise OSError(errno.EINVAL, "It is a pipe or a device", os.fspath(path))
-    return open(path, "rb")
+    return open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0)))  # a pipe by now
 
 
 def check_input(path: str | os.PathLike) -> None:

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import OutputUnwritable, UsageError
-from ...core.files import atomic_file
+from ...core.files import atomic_file, read_bytes
 from ...core.meaning import gesture_picture
 from ...core.motion import hand_channels, skeleton
 from ...core.motion.motion import MAX_FPS, Motion
@@ -35,11 +35,17 @@ _CATALOGUES = "blender_assets.cats.txt"
 _PICTURE = 256
 _WIDTH = 27 + hand_channels.SIZE
 _FACTS = {"stroke": 0.0, "kind": "", "side": "both", "performer": ""}
+_MOST, _LONGEST = 5_000, 1000.0
+"""Frames that an asset may have, and its seconds."""
 _KINDS = {"stroke": (int, float), "kind": str, "side": str, "performer": str}
 
 
 def capture(armature: ArmatureObject, scene: bpy.types.Scene, first: int, last: int) -> Motion:
-    """Return what the character does from frame ``first`` to ``last``, whatever moves it, with its hands."""
+    """Return what the character does from frame ``first`` to ``last``, whatever moves it, with its hands.
+
+    Raises :class:`S2agError` for too many frames, and for characters and scenes that cannot be read."""
+    if last - first > _MOST:
+        raise UsageError(f"{armature.name} moves for {last - first} frames.", f"An asset has {_MOST} at most.")
     bones = reading.read(armature)
     mapping = reading.resolve_mapping(armature, bones, chosen_bones.mapping_of_settings(armature.s2ag))
     options, before = stored_settings.options(armature.s2ag), (scene.frame_current, scene.frame_subframe)
@@ -63,8 +69,9 @@ def save(
     """Return a new asset of ``motion``, which has hands, keyed on this character but not played by it.
 
     ``catalogue`` is a path such as S2AG/Beats, ``facts`` are stroke, kind, side and performer, ``about`` fields of the asset:
-    author, license, copyright, description. Raises :class:`RigUnusable`."""
+    author, license, copyright, description. Raises :class:`S2agError`."""
     scene, settings = current_context().scene, armature.s2ag
+    apply.require_rate(scene)
     told = {"mapping": chosen_bones.mapping_of_settings(settings), "options": stored_settings.options(settings)}
     keys = apply.solve_keys(armature, motion, 1, scene=scene, **told)
     action, slot = run_to_end(keyframes.write_action(name, armature, keys.rotations, keys.frames, settings=keys.settings))
@@ -104,6 +111,8 @@ def read_motion(action: bpy.types.Action) -> tuple[Motion, dict[str, Any]] | Non
         return None
     if not isinstance(fps, (int, float)) or not 0 < fps <= MAX_FPS or not json_properties.has_types(facts, _KINDS):
         return None
+    if not 0 <= facts["stroke"] <= len(numbers) / fps <= _LONGEST:
+        return None
     directions = skeleton.normalize(numbers[:, :27].reshape(-1, 9, 3)).astype(np.float32)
     hands = hand_channels.from_channels(numbers[:, 27:], directions)
     return Motion(directions, float(fps), (), {"asset": action.name}, hands), facts
@@ -114,22 +123,19 @@ def borrowed(name: str, library: str = "") -> Iterator[bpy.types.Action | None]:
     """Yield the action ``name`` of this file, or of the .blend file ``library``, of which nothing stays; None if it has none.
 
     Raises :class:`UsageError` for a file that is no .blend file."""
-    if not library:
+    if library in ("", bpy.data.filepath):
         yield bpy.data.actions.get(name)
         return
-    known, load = set(bpy.data.libraries), cast(Any, bpy.data.libraries.load)
+    known, load = set(bpy.data.user_map()), cast(Any, bpy.data.libraries.load)
     try:
         with load(library) as (there, wanted):
             wanted.actions = [one for one in there.actions if one == name]
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise UsageError(f"{library} cannot be read as a .blend file.", "Choose a library of gestures.") from error
-    (action,) = wanted.actions or (None,)
     try:
-        yield action
-    finally:
-        if action is not None:
-            bpy.data.actions.remove(action)
-        bpy.data.batch_remove([one for one in bpy.data.libraries if one not in known])
+        yield next(iter(wanted.actions), None)
+    finally:  # what its custom properties point at has come along
+        bpy.data.batch_remove(list(set(bpy.data.user_map()) - known))
 
 
 def assets() -> list[bpy.types.Action]:
@@ -141,18 +147,19 @@ def write_catalogues(path: str | Path) -> None:
     """Make the catalogues of all gestures known to the asset library that the .blend file ``path`` belongs to.
 
     Raises :class:`OutputUnwritable`."""
-    wanted = {json_properties.text(action, CATALOGUE) for action in assets()} - {""}
+    wanted = {json_properties.text(action, CATALOGUE) for action in assets()}
+    wanted = {one for one in wanted if one.isprintable() and one.strip("/") and ":" not in one}
     roots = [Path(one.path) for one in current_context().preferences.filepaths.asset_libraries if one.path]
     folder = next((root for root in roots if Path(path).is_relative_to(root)), Path(path).parent)
     try:
         file = folder / _CATALOGUES
-        text = file.read_text("utf-8") if file.exists() else "VERSION 1\n"
-        ids = {line.split(":")[0] for line in text.splitlines()}
+        text = read_bytes(file).decode().rstrip("\r\n") if file.exists() else "VERSION 1"
+        ids = {line.split(":")[0] for line in text.split("\n")}
         lines = [f"{_identify(one)}:{one}:{one.replace('/', '-')}" for one in sorted(wanted)]
         missing = [line for line in lines if line.split(":")[0] not in ids]
         if missing:
             with atomic_file(file) as temporary:
-                temporary.write_text("\n".join([*text.splitlines(), *missing, ""]), "utf-8")
+                temporary.write_text("\n".join([text, *missing, ""]), "utf-8", newline="")
     except (OSError, UnicodeDecodeError) as error:
         what = f"The catalogues in {folder} cannot be written: {error}."
         raise OutputUnwritable(what, "The gestures are saved without catalogue.") from error

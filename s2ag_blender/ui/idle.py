@@ -75,7 +75,10 @@ class S2AG_OT_idle(ModalOperator, NeedsCharacter, bpy.types.Operator):
     def execute(self, context: Context) -> OperatorResult:
         from ...rigs.slices import run_to_end  # registering is to run nothing of rigs
 
-        return self.finished(run_to_end(self.slices(context)))
+        try:
+            return self.finished(run_to_end(self.slices(context)))
+        except S2agError as error:
+            return self.failed(error)
 
     def begun(self, context: Context) -> "session.SlicedRun":
         return session.SlicedRun(self.slices(context), translate("Idle"))
@@ -89,5 +92,6 @@ class S2AG_OT_idle(ModalOperator, NeedsCharacter, bpy.types.Operator):
         return {"FINISHED"} if actions else {"CANCELLED"}
 
     def failed(self, error: S2agError) -> OperatorResult:
-        self.report({"INFO"}, translate("Cancelled"))
+        told = ("INFO", translate("Cancelled")) if error.kind == "Cancelled" else ("ERROR", translate_error(error))
+        self.report({told[0]}, told[1])
         return {"FINISHED"}  # characters that have an idle keep it, which can be undone

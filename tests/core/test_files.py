@@ -1,5 +1,6 @@
 """Files appear whole or not at all, and what a killed process left is removed by the next."""
 
+import os
 import subprocess
 import sys
 
@@ -59,6 +60,25 @@ def test_files_of_a_living_process_whose_id_nobody_knows_stay(tmp_path, apart):
         other.communicate("")
     assert other.returncode == 0 and [one.name for one in tmp_path.iterdir()] == ["film.mp4"]
     assert (tmp_path / "film.mp4").read_text() == "whole"
+
+
+SWAPS = """
+import os, sys
+from s2ag.core import files
+def swap(event, given):
+    if event == "open" and given[0] == sys.argv[1] and os.path.isfile(sys.argv[1]):
+        os.unlink(sys.argv[1])
+        os.mkfifo(sys.argv[1])
+sys.addaudithook(swap)
+print(files.read_bytes(sys.argv[1]))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such pipes in folders")
+def test_a_file_that_becomes_a_pipe_while_it_is_opened_is_not_waited_for(tmp_path):
+    (tmp_path / "a.wav").write_text("sound")
+    done = subprocess.run([sys.executable, "-c", SWAPS, str(tmp_path / "a.wav")], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "b''\n", done.stderr
 
 
 def test_nothing_unfinished_stays(tmp_path):

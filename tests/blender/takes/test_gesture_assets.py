@@ -1,6 +1,7 @@
 """Gestures as assets: saved from takes and kinds, put at the playhead of other rigs, undone, found again after reopening."""
 
 import json
+import os
 
 import bpy
 import numpy as np
@@ -192,3 +193,53 @@ def test_what_holds_no_motion_is_told(figure, held):
     with pytest.raises(RuntimeError, match="Shrug is no gesture"):
         press(bpy.ops.s2ag.insert_gesture, gesture="@Shrug")
     assert not (figure.animation_data and figure.animation_data.action)
+
+
+@pytest.mark.parametrize(
+    "held",
+    [{"fps": 1e-9}, {"fps": 1e-300}, {"stroke": float("nan")}, {"stroke": 1e300}, {"stroke": -1e9}, {"numbers": [[0.0] * 3]}],
+    ids=str,
+)
+def test_an_asset_that_no_gesture_can_be_is_told(figure, held):
+    action = saved(figure)
+    action[gesture_assets.GESTURE] = json.dumps(json.loads(action[gesture_assets.GESTURE]) | held)
+    with pytest.raises(RuntimeError, match="is no gesture"):
+        bpy.ops.s2ag.insert_gesture(gesture=f"@{action.name}", stroke=True)
+
+
+def test_what_a_library_points_at_does_not_stay(figure, tmp_path):
+    action = saved(figure)
+    action["friend"] = bpy.data.objects.new("friend", bpy.data.meshes.new("mesh"))
+    name, path = action.name, str(tmp_path / "own.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    assert press(bpy.ops.s2ag.insert_gesture, asset=name, library=path) == {"FINISHED"}  # the open file itself
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.s2ag.add_mannequin()
+    before = set(bpy.data.user_map())
+    assert press(bpy.ops.s2ag.insert_gesture, asset=name, library=path) == {"FINISHED"}
+    assert [type(one).__name__ for one in set(bpy.data.user_map()) - before] == ["Action"]
+
+
+def test_scenes_and_actions_beyond_bounds_are_told(figure):
+    figure.pose.bones[3].keyframe_insert("location", frame=1)
+    figure.pose.bones[3].keyframe_insert("location", frame=500_000)
+    with pytest.raises(RuntimeError, match="moves for 499999 frames"):
+        bpy.ops.s2ag.save_gesture(what="ACTION")
+    bpy.context.scene.render.fps_base = 1e-5
+    for button, told in (("save_gesture", {"what": "KIND"}), ("insert_gesture", {}), ("idle", {})):
+        with pytest.raises(RuntimeError, match="^Error: .* frames a second"):
+            getattr(bpy.ops.s2ag, button)(**told)
+
+
+def test_catalogues_of_others_stay_as_they_are_and_pipes_are_not_waited_for(figure, tmp_path):
+    catalogues, others = tmp_path / "blender_assets.cats.txt", "VERSION 1\r\n1-2:Own\u0085one/\u2028two:Own\r\n"
+    catalogues.write_bytes(others.encode())
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "own.blend"))
+    saved(figure)[gesture_assets.CATALOGUE] = "A\nVERSION 9\nB:C"
+    saved(figure, "wide")
+    text = catalogues.read_bytes().decode()
+    assert text.startswith(others.rstrip()) and "VERSION 9" not in text and text.endswith(":S2AG-Kinds\n")
+    catalogues.unlink()
+    os.mkfifo(catalogues)
+    with pytest.raises(RuntimeError, match="cannot be written"):
+        bpy.ops.s2ag.save_gesture(what="KIND")
