@@ -32,8 +32,8 @@ neutral speech 0.5, boredom and sadness 0 to 0.1, people who read aloud -0.2 to 
 speaker, not a bored one; below that all are alike (flat synthetic voices have -0.3), so it is heard half as strongly."""
 _VALENCE = np.array([0, 0, 0, 0, 0.7, 1.0, 0.5, 0.5, 0])
 _VALENCE_OF_AROUSAL = 1.1
-"""How much valence counts the mean of the first four: anger is harsher than joy, and both are harsher than calm speech, joy by this
-for one deviation of effort; readers' own voices are harsher by 0.7 when they are livelier."""
+"""How much valence counts the mean of the first four: anger is harsher than joy, and both are harsher than calm speech, joy by
+this for one deviation of effort; readers' own voices are harsher by 0.7 when they are livelier."""
 _DOMINANCE = np.array([1.0, -0.5, 0, 0, 0, 0, 0, 0, 0.5])
 _CLEAN = 1.5
 """Deviations of valence that count as none: clean voices lie three above readers at home, whatever they feel."""

@@ -41,8 +41,8 @@ _ASIDE_OTHER, _WAITING = 0.85, 4.0
 """How much smaller the hand that does not lead moves, for a performer who leaves all to one, and the seconds over which its
 place is smoothed in the same measure: it waits where it is."""
 _PERCH = 0.5
-"""How far hands stay about the middle of those seconds: people's beats start from a perch and come back to it, and movements that
-were made smaller about a place that wanders seldom do."""
+"""How far hands stay about the middle of those seconds: people's beats start from a perch and come back to it, and movements
+that were made smaller about a place that wanders seldom do."""
 _LAGS = (-2, -1, 0, 1, 2)
 """Frames by which arms that predict trunk and head are shifted: before and after them by 0.13 s."""
 _PENALTY = 0.02

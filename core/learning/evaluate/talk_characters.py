@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...errors import RigUnusable
 from ...motion import skeleton
 from ...motion.hands import Hands
 from ...motion.motion import Motion
@@ -39,7 +40,7 @@ def joints(character: str, motions: Sequence[Motion], run: Run) -> list[np.ndarr
     """Key motions on a character and return its joints ``(frames, 10, 3)`` of each, in metres and the canonical order.
 
     The nose is where a head's is; the beginnings of all are left out (:data:`EASE`). Raises :class:`S2agError` where Blender or
-    the character is missing, and ``ValueError`` for one whose joints are not known by name.
+    the character is missing or its joints are not known by name.
     """
     places = joint_places(keyed(character, motions, run), character)
     ends = np.cumsum([len(motion.directions) for motion in motions]).tolist()
@@ -62,7 +63,8 @@ def joint_places(posed: Posed, character: str) -> np.ndarray:
     """Return the canonical joints of a skeleton, the nose in its place."""
     rows = [posed.row(role) for role in ROLES]
     if min(rows) < 0:
-        raise ValueError(f"{character}: no joint is called {ROLES[rows.index(-1)].replace('_', ' ')}")
+        missing = ROLES[rows.index(-1)].replace("_", " ")
+        raise RigUnusable(f"{character}: no bone is called {missing}; count faults on a human as human:mixamo, or on a game character.")
     places = posed.positions[:, rows].copy()
     places[:, 2] += posed.rotations[:, rows[2]] @ FACE
     reach = np.linalg.norm(np.diff(places[0, 4:7], axis=0), axis=-1).sum()
