@@ -64,7 +64,7 @@ def joint_places(posed: Posed, character: str) -> np.ndarray:
     rows = [posed.row(role) for role in ROLES]
     if min(rows) < 0:
         missing = ROLES[rows.index(-1)].replace("_", " ")
-        raise RigUnusable(f"{character}: no bone is called {missing}; count faults on a human as human:mixamo, or on a game character.")
+        raise RigUnusable(f"{character}: no bone is called {missing}; faults are counted on human:mixamo or a game character.")
     places = posed.positions[:, rows].copy()
     places[:, 2] += posed.rotations[:, rows[2]] @ FACE
     reach = np.linalg.norm(np.diff(places[0, 4:7], axis=0), axis=-1).sum()
