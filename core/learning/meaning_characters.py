@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import characters
-from ..cli import blender
 from ..motion import skeleton
 from ..motion.readers.ten_joints import Posed
 from . import meaning_figures
@@ -21,7 +20,7 @@ _STRAIGHT, _THUMB = 42.0, 35.0
 _ARM = float(skeleton.LENGTHS[list(skeleton.ARMS[0])].sum())
 
 
-def figures(character: str, shown: Sequence[Shown]) -> list[dict[str, float]]:
+def figures(character: str, shown: Sequence[Shown], run: talk_characters.Run) -> list[dict[str, float]]:
     """Key every gesture, and each style's plain take, on a character; return what is seen of each.
 
     Lengths are those of an arm as long as the canonical figure's. Raises :class:`S2agError` where Blender or the character is
@@ -34,7 +33,7 @@ def figures(character: str, shown: Sequence[Shown]) -> list[dict[str, float]]:
         for one, start, (_, last) in zip(shown, starts, spans, strict=True)
     ]
     keyed = [*plain.values(), *pieces]
-    body = _body(talk_characters.keyed(characters.resolve(character), keyed, blender.run), character)
+    body = _body(talk_characters.keyed(characters.resolve(character), keyed, run), character)
     edges = np.cumsum([0, *(len(motion.directions) for motion in keyed)]).tolist()
     parts = [Body(*(each[low:high] for each in body)) for low, high in zip(edges, edges[1:], strict=False)]
     beside = dict(zip(plain, parts, strict=False))

@@ -1,20 +1,15 @@
 """Measures whether every schema's gestures differ from the plain performance as they are meant.
 
-    python -m s2ag.core.learning.meaning_figures RECORDING TRANSCRIPT WORD
-
 Each form of each schema is performed at the word in three styles, by a document (docs/meaning.md), and measured at its stroke:
 how far wrists go up, out and forward, how far apart hands are, how much of a circle is drawn, which fingers are straight, how
-far the head turns and shoulders rise. Prints a line a schema, and which forms miss what they are meant to do. With --character
-a character is measured as Blender keys it, else the canonical figure.
+far the head turns and shoulders rise.
 """
 
-import argparse
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..meaning import vocabulary
 from ..motion import handshape, skeleton
 from ..motion.motion import Motion
 from ..synthesis.request import Request
@@ -154,37 +149,3 @@ def meant(schema: str, seen: dict[str, float]) -> tuple[str, bool]:
     if schema == "negation":
         return "shake", seen["shake"] > 2
     return "away", seen["away"] >= 0.1
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    for name in ("recording", "transcript", "word"):
-        parser.add_argument(name)
-    parser.add_argument("--schema", nargs="*", help="these alone")
-    parser.add_argument("--character", help="measure a character as Blender keys it: mannequin, human, human:RIG or a file")
-    parser.add_argument("--first", action="store_true", help="with --character: the first form of each schema alone")
-    options = parser.parse_args()
-    session, rows, failed = Session(remember=True), {}, []
-    schemas = options.schema or list(vocabulary.load_vocabulary().gestures)
-    recording = {"audio": options.recording, "transcript": options.transcript}
-    performed: Iterable[Shown] = perform(session, schemas, STYLES, options.word, **recording)
-    measured: Iterable[tuple] = ((one, figures(one)) for one in performed)
-    if options.character:
-        from . import meaning_characters
-
-        performed = [one for one in performed if not options.first or one.form == 1]
-        measured = zip(performed, meaning_characters.figures(options.character, performed), strict=True)
-    for one, seen in measured:
-        name, fits = meant(one.schema, seen)
-        rows.setdefault((one.schema, name), []).append((seen[name], fits))
-        if not fits:
-            failed.append(f"{one.schema} form {one.form}, {one.style}: {name} {seen[name]:.2f}")
-    for (schema, name), each in rows.items():
-        values, fit = [value for value, _ in each], sum(fits for _, fits in each)
-        print(f"{schema:<10} {name:<8} {min(values):7.2f} to {max(values):6.2f}  {fit} of {len(each)}")
-    shown, fit = sum(map(len, rows.values())), sum(fits for each in rows.values() for _, fits in each)
-    print(f"{fit} of {shown} performances are as meant", *failed, sep="\n")
-
-
-if __name__ == "__main__":
-    main()

@@ -35,12 +35,18 @@ def words(examples):
     return [said for _, said in transcript.tokenise((examples / "hello.txt").read_text())]
 
 
+def align_words(sound, words, progress=None):
+    """Spans of all words as one stretch of the recording, and warnings for the user."""
+    alignment = align.align_stretches(sound, [align.Stretch(words)], progress)
+    return alignment.spans, align.describe_problems(alignment, [" ".join(parts) for parts in words])
+
+
 def starts_off(spans, truth):
     return np.array([start - true for (start, _), (_, true, _) in zip(spans, truth, strict=True)])
 
 
 def test_starts_are_close_to_the_voices_own(sound, words, truth):
-    spans, warnings = align.align_words(sound, words)
+    spans, warnings = align_words(sound, words)
     off = np.abs(starts_off(spans, truth))
     assert warnings == []
     assert off.mean() < 0.035 and off.max() < 0.15
@@ -50,28 +56,28 @@ def test_starts_are_close_to_the_voices_own(sound, words, truth):
 def test_noise(sound, words, truth, decibels):
     level = audio.SPEECH_RMS / audio.speech_gain(sound) * 10 ** (-decibels / 20)
     noisy = sound + np.random.default_rng(0).normal(0, level, len(sound)).astype(np.float32)
-    spans, warnings = align.align_words(noisy, words)
+    spans, warnings = align_words(noisy, words)
     assert warnings == [] and np.median(np.abs(starts_off(spans, truth))) < 0.05
 
 
 def test_quiet_and_loud_microphones_align_alike(sound, words, truth):
     for factor in (1e-3, 20):
-        spans, _ = align.align_words(sound * np.float32(factor), words)
+        spans, _ = align_words(sound * np.float32(factor), words)
         assert np.abs(starts_off(spans, truth)).mean() < 0.035
 
 
 def test_the_same_twice(sound, words):
-    assert align.align_words(sound, words) == align.align_words(sound, words)
+    assert align_words(sound, words) == align_words(sound, words)
 
 
 def test_unknown_words_are_guessed_from_their_letters(sound, words, truth):
     odd = [["haloe"] if word == ["hello"] else ["hanndz"] if word == ["hands"] else word for word in words]
-    spans, warnings = align.align_words(sound, odd)
+    spans, warnings = align_words(sound, odd)
     assert warnings == [] and np.abs(starts_off(spans, truth)).mean() < 0.04
 
 
 def test_a_word_without_letters_to_say_stands_between_its_neighbours(sound, words, truth):
-    spans, warnings = align.align_words(sound, words[:20] + [["мир"]] + words[20:])
+    spans, warnings = align_words(sound, words[:20] + [["мир"]] + words[20:])
     assert len(warnings) == 1 and warnings[0].startswith("1 of 42 words")
     assert spans[19][0] <= spans[20][0] <= spans[21][0]
     assert np.abs(starts_off(spans[:20] + spans[21:], truth)).mean() < 0.035
@@ -86,7 +92,7 @@ def test_several_minutes_are_followed_without_drifting(sound, words, truth):
         pieces += [sound, rng.normal(0, 1e-4, int(rng.uniform(0.2, 2) * 16000)).astype(np.float32)]
     recording, heard = np.concatenate(pieces), []
     assert len(recording) > 200 * 16000
-    spans, warnings = align.align_words(recording, words * copies, heard.append)
+    spans, warnings = align_words(recording, words * copies, heard.append)
     off = np.abs(starts_off(spans, expected))
     assert warnings == []
     assert off.mean() < 0.035 and np.percentile(off, 99) < 0.2
@@ -108,7 +114,7 @@ def spoken(lines):
 def two_sonnets(shared):
     """Sound, words and where the words are said when nothing else is there, of each of two readings."""
     found = [(sound, spoken(lines)) for sound, lines in (sonnet(shared, name) for name in ("p001", "p002"))]
-    return [(sound, words, align.align_words(sound, words)[0]) for sound, words in found]
+    return [(sound, words, align_words(sound, words)[0]) for sound, words in found]
 
 
 @pytest.mark.parametrize("case", ["sound without text", "text without sound"])
@@ -119,7 +125,7 @@ def test_what_has_no_counterpart_does_not_lose_the_rest(two_sonnets, case):
         between = first[10 * 16000 : 30 * 16000][::-1]
     else:
         extra = after[100:60:-1]
-    spans, warnings = align.align_words(np.concatenate([first, between, second]), before + extra + after)
+    spans, warnings = align_words(np.concatenate([first, between, second]), before + extra + after)
     assert all("not found in the recording: " in warning for warning in warnings)
     missing = sum(int(warning.split()[0]) for warning in warnings)
     # a numeral at the seam may be taken for noise
@@ -141,7 +147,7 @@ CHILDREN = {
 @pytest.mark.parametrize("name", CHILDREN)
 def test_a_failing_child_becomes_a_warning(sound, words, monkeypatch, name):
     monkeypatch.setattr(align, "command", lambda: [sys.executable, "-c", CHILDREN[name]])
-    spans, warnings = align.align_words(sound, words)
+    spans, warnings = align_words(sound, words)
     assert len(warnings) == 1 and warnings[0].startswith("The aligner ")
     assert len(spans) == len(words)
     assert all(0 <= start <= end <= len(sound) / 16000 for start, end in spans)
@@ -151,7 +157,7 @@ def test_a_hanging_child_is_killed(sound, words, monkeypatch, tmp_path):
     program = f"import os, time; open({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(600)"
     monkeypatch.setattr(align, "command", lambda: [sys.executable, "-c", program])
     monkeypatch.setattr(align, "TIMEOUT", 2 - len(sound) / 16000)
-    _, warnings = align.align_words(sound, words)
+    _, warnings = align_words(sound, words)
     assert "took too long" in warnings[0]
     with pytest.raises(ProcessLookupError):
         os.kill(int((tmp_path / "pid").read_text()), 0)
@@ -162,13 +168,13 @@ def test_the_native_crash_that_this_is_about(monkeypatch, sound):
     program = "import s2ag.core.words.aligner.lexicon as lexicon, s2ag.core.words.aligner.serve as serve; "
     program += "lexicon.Lexicon.ways = lambda self, word: [' ']; serve.main()"
     monkeypatch.setattr(align, "command", lambda: [sys.executable, "-c", program])
-    _, warnings = align.align_words(sound, [["qwzx"]] * 20)
+    _, warnings = align_words(sound, [["qwzx"]] * 20)
     assert len(warnings) == 1
 
 
 def test_no_program_to_start(sound, words, monkeypatch, tmp_path):
     monkeypatch.setattr(align, "command", lambda: [str(tmp_path / "nothing")])
-    _, warnings = align.align_words(sound, words)
+    _, warnings = align_words(sound, words)
     assert "could not be started" in warnings[0]
 
 
@@ -177,7 +183,7 @@ def test_cancelling_from_the_progress(sound, words):
         raise Cancelled("Cancelled.")
 
     with pytest.raises(Cancelled):
-        align.align_words(sound, words, cancel)
+        align_words(sound, words, cancel)
 
 
 def test_the_child_needs_no_package(tmp_path, sound, words):
