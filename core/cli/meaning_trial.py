@@ -1,6 +1,6 @@
 """Prints whether every schema's gestures differ from the plain performance as they are meant.
 
-    python -m s2ag.core.cli.meaning_trial RECORDING TRANSCRIPT WORD
+    python -m s2ag.core.cli.meaning_trial RECORDING TEXT WORD
 
 Prints a line a schema, and which forms miss what they are meant to do (:mod:`meaning_figures`). With --character a character is
 measured as Blender keys it, else the canonical figure.
@@ -18,7 +18,7 @@ from . import blender
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    for name in ("recording", "transcript", "word"):
+    for name in ("recording", "text", "word"):
         parser.add_argument(name)
     parser.add_argument("--schema", nargs="*", help="these alone")
     parser.add_argument("--character", help="measure a character as Blender keys it: mannequin, human, human:RIG or a file")
@@ -26,7 +26,7 @@ def main() -> None:
     options = parser.parse_args()
     session, rows, failed = Session(remember=True), {}, []
     schemas = options.schema or list(vocabulary.load_vocabulary().gestures)
-    recording = {"audio": options.recording, "transcript": options.transcript}
+    recording = meaning_figures.recording(options.recording, options.text)
     performed: Iterable[Shown] = meaning_figures.perform(session, schemas, meaning_figures.STYLES, options.word, **recording)
     measured: Iterable[tuple] = ((one, meaning_figures.figures(one)) for one in performed)
     if options.character:

@@ -32,6 +32,11 @@ _EITHER = ("long", "surface", "line", "cut", "in", "fast", "greet")
 """Schemas whose forms go different ways, but far."""
 
 
+def recording(audio: str, text: str) -> dict[str, str]:
+    """Return what a performance is of, as :func:`perform` takes it: paths of a recording and of its words."""
+    return {"audio": audio, "transcript": text}
+
+
 class Shown(NamedTuple):
     """A gesture as it was performed in a style: ``forms`` count from 1."""
 
