@@ -227,9 +227,7 @@ def attempt(folder: Path, number: int, lengths: dict) -> str:
     except ReferenceError:
         if moment < 0 and set(found["changes"]) & GONE:
             return ""  # the harness plans with a character that is gone
-        return traceback.format_exc(limit=-8)
-    except Exception:
-        return traceback.format_exc(limit=-8)
+        raise
     armature = next((one for one in bpy.data.objects if one.session_uid == uid), None)
     made = {one.session_uid for one in bpy.data.actions} - known
     wrong = []
@@ -258,8 +256,6 @@ def again(armature, found: dict) -> str:
         take(armature, found, lambda number: None)
     except S2agError as error:
         return "" if error.message and error.remedy else f"afterwards its sentences are {error.message!r} and {error.remedy!r}"
-    except Exception:
-        return "afterwards: " + traceback.format_exc(limit=-8)
     return ""
 
 
@@ -282,7 +278,10 @@ def main() -> None:
             if one % 50 == 0:
                 told.write(f"trying {one}\n")
                 told.flush()
-            wrong = attempt(Path(folder), one, lengths)
+            try:
+                wrong = attempt(Path(folder), one, lengths)
+            except Exception as error:  # whatever escapes is what is looked for
+                wrong = "".join(traceback.format_exception(error, limit=-8))
             tried["scene"] += 1
             fell += bool(wrong)
             if wrong:
