@@ -25,6 +25,8 @@ _WARN_EXCESS = 0.005
 """Share by which joins may be more sudden than the take without a warning."""
 _NEAR = 0.02
 """Metres by which a hand may miss its place without a warning."""
+_ROUNDING = 1e-4
+"""Difference of a direction, or of a handshape in degrees, that another processor makes and that nobody sees."""
 _LEAD_SECONDS = (0.8, 1.2, 1.6, 2.0, 2.5, 3.0)
 """Lengths of the transitions to and from a fixed pose; the shortest one with joins as smooth as the take is used."""
 
@@ -68,11 +70,13 @@ def _noted(before: State, after: State, edit: dict) -> State:
 
 
 def _changed_seconds(before: Motion, after: Motion) -> list[list[float]]:
-    """Return the intervals in which two motions differ, as [start, end] in seconds; gaps of up to a second are bridged."""
-    parts = [before.directions != after.directions]
+    """Return the intervals in which two motions differ by more than rounding, as [start, end] in seconds.
+
+    Gaps of up to a second are bridged."""
+    parts = [np.abs(before.directions - after.directions) > _ROUNDING]
     if before.hands is not None and after.hands is not None:
         pairs = zip(before.hands.arrays().values(), after.hands.arrays().values(), strict=True)
-        parts += [old != new for old, new in pairs]
+        parts += [np.abs(old - new) > _ROUNDING for old, new in pairs]
     rows = np.flatnonzero(np.any([part.reshape(len(part), -1).any(1) for part in parts], axis=0))
     ends = np.flatnonzero(np.diff(rows) > skeleton.FPS)
     groups = np.split(rows, ends + 1) if len(rows) else []

@@ -18,7 +18,7 @@ TWINS = {
     "who knows": "who walks",
     "maybe": "monday",
     "no": "soon",
-    "never": "later",
+    "never": "lever",
     "not at all": "not at noon",
     "of course not": "of coarse wool",
     "this big": "this green",
