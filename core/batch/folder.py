@@ -74,11 +74,14 @@ class Record:
         contents, facts = content.get("files"), content.get("facts")
         if content.get("key") != key or content.get("seal") != _seal(key, contents, facts) or not isinstance(contents, dict):
             return None
-        return facts if all(_content(self.folder.root / path) == kept for path, kept in contents.items()) else None
+        same = (kept is not None and _content(self.folder.root / path) == kept for path, kept in contents.items())
+        return facts if all(same) else None
 
     def write(self, key: str, files: list[Path], facts: dict) -> None:
-        """Record that the stage is done, and delete the record of an earlier failure."""
+        """Record that the stage is done, and delete the record of an earlier failure; :class:`S2agError` if a file is gone."""
         contents = {path.relative_to(self.folder.root).as_posix(): _content(path) for path in files}
+        if gone := next((path for path, kept in contents.items() if kept is None), None):
+            raise S2agError(f"{gone} was deleted while {self.name} was made.", "Run the batch again.", "InputChanged")
         _write(self.path, {"key": key, "files": contents, "facts": facts, "seal": _seal(key, contents, facts)})
         self.failure_path.unlink(missing_ok=True)
 

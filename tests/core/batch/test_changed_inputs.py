@@ -37,3 +37,14 @@ def test_a_file_that_is_replaced_between_its_key_and_its_reading_is_told(tmp_pat
     changed.write_bytes(good)
     (step,) = batch.steps("synth", batch.units)
     assert step.state == "ready" and not list((tmp_path / "out").rglob("a.*"))
+
+
+def test_a_result_that_is_deleted_before_its_record_is_not_believed_to_be_there(tmp_path):
+    record = Folder(tmp_path).record("synth", "a")
+    with pytest.raises(S2agError, match="npz/a.npz was deleted while a was made"):
+        record.write("key", [tmp_path / "npz" / "a.npz"], {})
+    assert record.read("key") is None
+    (tmp_path / "npz").mkdir()
+    (tmp_path / "npz" / "a.npz").write_bytes(b"1")
+    record.write("key", [tmp_path / "npz" / "a.npz"], {"one": 1})
+    assert record.read("key") == {"one": 1}
