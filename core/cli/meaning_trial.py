@@ -26,8 +26,9 @@ def main() -> None:
     options = parser.parse_args()
     session, rows, failed = Session(remember=True), {}, []
     schemas = options.schema or list(vocabulary.load_vocabulary().gestures)
-    recording = meaning_figures.recording(options.recording, options.text)
-    performed: Iterable[Shown] = meaning_figures.perform(session, schemas, meaning_figures.STYLES, options.word, **recording)
+    performed: Iterable[Shown] = meaning_figures.perform(
+        session, schemas, meaning_figures.STYLES, options.word, options.recording, options.text
+    )
     measured: Iterable[tuple] = ((one, meaning_figures.figures(one)) for one in performed)
     if options.character:
         performed = [one for one in performed if not options.first or one.form == 1]

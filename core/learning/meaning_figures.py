@@ -6,6 +6,8 @@ far the head turns and shoulders rise.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from os import PathLike
 from typing import NamedTuple
 
 import numpy as np
@@ -26,15 +28,8 @@ _OUT, _IN = ("forward", "future", "push", "give", "throw", "out", "far"), ("back
 _DOWN = ("fall", "low", "force", "certain", "now", "here")
 _UP = ("rise", "high", "think", "listen", "phone", "eat")
 _ACROSS = ("across", "wave", "away", "we", "around", "there", "whole", "many")
-
-
 _EITHER = ("long", "surface", "line", "cut", "in", "fast", "greet")
 """Schemas whose forms go different ways, but far."""
-
-
-def recording(audio: str, text: str) -> dict[str, str]:
-    """Return what a performance is of, as :func:`perform` takes it: paths of a recording and of its words."""
-    return {"audio": audio, "transcript": text}
 
 
 class Shown(NamedTuple):
@@ -49,16 +44,23 @@ class Shown(NamedTuple):
     seconds: float
 
 
-def perform(session: Session, schemas: Sequence[str], styles: Sequence[str], word: str, **recording: object) -> Iterator[Shown]:
-    """Yield every form of the schemas, performed at the word, in each style."""
+def perform(
+    session: Session,
+    schemas: Sequence[str],
+    styles: Sequence[str],
+    word: str,
+    recording: str | PathLike,
+    transcript: str | PathLike,
+) -> Iterator[Shown]:
+    """Yield every form of the schemas, performed at the word of a recording with a transcript, both files, in each style."""
     known = session.vocabulary
     for style in styles:
-        request = {**recording, "style": style, "seed": 1, "hands": 1.0}
-        plain = session.synthesize(Request(**request, meanings={"format": 1, "gestures": []})).motions[0]  # type: ignore
+        request = Request(recording, transcript=transcript, style=style, seed=1, hands=1.0)
+        plain = session.synthesize(replace(request, meanings={"format": 1, "gestures": []})).motions[0]
         for schema in schemas:
             for form, gesture in enumerate(known.forms[schema], 1):
                 asked = {"words": word, "schema": schema, "form": form, "size": 1.0}
-                wanted = Request(**request, meanings={"format": 1, "gestures": [asked]})  # type: ignore
+                wanted = replace(request, meanings={"format": 1, "gestures": [asked]})
                 motion = session.synthesize(wanted).motions[0]
                 yield Shown(schema, form, style, motion, plain, motion.meta["shows"][0][1], gesture.seconds)
 

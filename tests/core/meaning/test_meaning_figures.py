@@ -9,8 +9,8 @@ SOME = ("rise", "fall", "split", "merge", "circle", "future", "past", "left", "r
 
 @pytest.fixture(scope="module")
 def shown(examples):
-    recording = {"audio": examples / "hello.flac", "transcript": examples / "hello.txt"}
-    return list(meaning_figures.perform(Session(remember=True), SOME, ["stern"], "too", **recording))
+    files = (examples / "hello.flac", examples / "hello.txt")
+    return list(meaning_figures.perform(Session(remember=True), SOME, ["stern"], "too", *files))
 
 
 def test_every_form_is_seen_as_it_is_meant(shown):
