@@ -22,6 +22,8 @@ from s2ag.s2ag_blender.program import EventWriter
 from s2ag.s2ag_blender.render.job import Job, Performer, perform
 from s2ag.s2ag_blender.rig import reading
 
+pytestmark = pytest.mark.slow
+
 MIXAMO = next(family for family in families() if family.key == "mixamo")
 
 

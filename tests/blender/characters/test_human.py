@@ -31,6 +31,7 @@ def part(character, name: str):
     return next(item for item in character.meshes if item.name == f"Human {name}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "gender"), [*((name, "female") for name in human.RIGS), ("default", "male")])
 def test_every_rig_is_skinned_and_has_all_parts(name, gender):
     character = human.build(name, gender)
@@ -69,6 +70,7 @@ def test_teeth_have_crowns_that_get_dark_towards_the_back(gender):
         assert (np.diff(gaps) > 4).sum() >= 8 and crowns[:60].max() < 0.3 * crowns[middle - 60 : middle].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gender", human.GENDERS)
 def test_teeth_stay_behind_the_lips_and_the_chin_of_a_wide_mouth(gender):
     character = human.build(gender=gender)

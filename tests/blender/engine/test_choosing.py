@@ -16,6 +16,8 @@ from s2ag.core.start import module_command
 from s2ag.s2ag_blender.engine import client, engine_state, errors_log
 from s2ag.s2ag_blender.ui import engine_ops
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[3]
 @pytest.fixture
 def bare(tmp_path, monkeypatch):

@@ -80,6 +80,7 @@ def test_real_worker_restarts_after_a_kill(real):
     assert real.pid != first
 
 
+@pytest.mark.slow
 def test_real_worker_killed_in_mid_synthesis(random_checkpoint, examples):
     params = {"audio": str(examples / "hello.flac"), "checkpoint": str(random_checkpoint)}
     with WorkerClient() as client:

@@ -10,6 +10,8 @@ from s2ag.core.sound import audio
 from s2ag.core.sound.resample import resample
 from s2ag.s2ag_blender.engine import decoding
 
+pytestmark = pytest.mark.slow
+
 assert bpy  # brings aud with it
 aud = pytest.importorskip("aud", reason="this bpy comes without Blender's sound system")
 

@@ -14,6 +14,8 @@ from s2ag.s2ag_blender.keys import density, key_reduction, keyframes, layers, pa
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import take_list
 
+pytestmark = pytest.mark.slow
+
 FRAMES = range(10, 83, 4)
 
 

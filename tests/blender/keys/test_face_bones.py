@@ -11,6 +11,8 @@ from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender.characters import face_lookup, mannequin
 from s2ag.s2ag_blender.keys import apply
 
+pytestmark = pytest.mark.slow
+
 NAMES = ("jaw", "eye.L", "eye.R", "lid_top.L", "lid_top.R", "lid_bot.L", "lid_bot.R")
 STRANGE = dict(zip(NAMES, ("b17", "b18", "b19", "b20", "b21", "b22", "b23"), strict=True))
 

@@ -126,6 +126,7 @@ def test_a_bad_character_fails_alone_and_blender_stays(batch, tmp_path):
     assert whole.steps("render", whole.units)[1].state == "failed"
 
 
+@pytest.mark.slow
 @needs_opengl
 def test_sequences_land_as_folders_with_and_without_background(batch, tmp_path):
     looks = [{"outputs": ("frames", "mp4"), "preset": "transparent", "engine": "workbench"}, {"outputs": ("exr",)}]
@@ -142,6 +143,7 @@ def test_sequences_land_as_folders_with_and_without_background(batch, tmp_path):
     assert probe(tmp_path / "out" / "mp4" / "c1.mp4")[2] == 4
 
 
+@pytest.mark.slow
 @needs_opengl
 def test_frames_are_counted_from_where_the_row_says(batch, tmp_path):
     whole = batch({"outputs": ("frames", "mp4"), "start_frame": 1001}, frames=3)
@@ -150,6 +152,7 @@ def test_frames_are_counted_from_where_the_row_says(batch, tmp_path):
     assert probe(tmp_path / "out" / "mp4" / "c1.mp4")[2] == 3
 
 
+@pytest.mark.slow
 def test_a_bone_map_is_used_and_another_one_makes_the_clip_anew(batch, tmp_path):
     from s2ag.rigs import maps
     from s2ag.s2ag_blender.rig import reading
@@ -177,12 +180,14 @@ def test_images_that_another_program_takes_away_are_missed(tmp_path, wave):
         jobs.perform(job, program.EventWriter(tell))
 
 
+@pytest.mark.slow
 def test_finals_need_no_opengl(batch, tmp_path):
     whole = batch({"outputs": ("exr",), "preset": "film", "engine": "cycles"}, frames=2)
     assert perform(whole, "render") == {"c1": None}
     assert len(list((tmp_path / "out" / "exr" / "c1").iterdir())) == 2
 
 
+@pytest.mark.slow
 @needs_opengl
 def test_several_characters_share_a_scene_and_speak_in_turn(batch, tmp_path):
     talk = {"scene": "talk", "resolution": (96, 54)}
@@ -225,6 +230,7 @@ def test_a_users_scene_keeps_its_camera_light_and_size(batch, tmp_path):
     assert [round(bpy.data.objects[name].location.x, 2) for name in ("Ann", "Bob")] == [-0.6, 0.6]
 
 
+@pytest.mark.slow
 @needs_opengl
 def test_a_preview_of_a_scene_for_another_engine_shows_its_textures(batch, tmp_path):
     material = mannequin.build().meshes[0].data.materials[0]

@@ -19,6 +19,8 @@ from s2ag.s2ag_blender.render import export
 from s2ag.s2ag_blender.render.sound import add_sound
 from s2ag.s2ag_blender.takes import engine_requests
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def character(wave):

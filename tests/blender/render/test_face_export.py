@@ -13,6 +13,8 @@ from s2ag.s2ag_blender.characters import face_lookup, human, mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.render import export
 
+pytestmark = pytest.mark.slow
+
 FRAMES = 25
 KEYS = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "mouthSmileLeft", "eyeBlinkLeft", "eyeLookOutLeft")
 BONES = ("jaw", "eye.L", "eye.R")

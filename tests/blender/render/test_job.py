@@ -66,6 +66,7 @@ def test_what_the_scene_reads_is_no_output(tmp_path):
     jobs._spare_inputs([tmp_path / "other.mp4"])
 
 
+@pytest.mark.slow
 def test_a_users_scene_keeps_its_range_and_rate(write, tmp_path):
     scene = bpy.context.scene
     scene.render.fps, scene.frame_start, scene.frame_end = 30, 5, 10
@@ -81,6 +82,7 @@ def test_a_users_scene_keeps_its_range_and_rate(write, tmp_path):
     assert scene.camera is not None
 
 
+@pytest.mark.slow
 def test_several_characters_are_named(write, tmp_path):
     for name in ("Ann", "Bob"):
         mannequin.build().armature.name = name

@@ -13,6 +13,8 @@ from s2ag.core.synthesis import idling
 from s2ag.s2ag_blender import compat, program
 from s2ag.s2ag_blender.render import lines
 
+pytestmark = pytest.mark.slow
+
 FPS = 30
 
 

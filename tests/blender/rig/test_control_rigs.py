@@ -19,6 +19,8 @@ from s2ag.s2ag_blender.keys import keyframes
 from s2ag.s2ag_blender.keys.apply import apply_motion, at_scene_frames, solve_keys_in_slices
 from s2ag.s2ag_blender.rig import private_copy, reading, solver
 
+pytestmark = pytest.mark.slow
+
 DEFORM = {
     f"{side}_{part}": (f"DEF-{start}.{letter}", f"DEF-{end}.{letter}")
     for side, letter in (("left", "L"), ("right", "R"))

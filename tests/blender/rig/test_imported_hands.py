@@ -15,6 +15,8 @@ from s2ag.s2ag_blender.characters import human
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import dependencies, hands, reading
 
+pytestmark = pytest.mark.slow
+
 SIDES = ("left", "right")
 
 

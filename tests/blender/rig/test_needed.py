@@ -6,6 +6,8 @@ from acted import curves
 from s2ag.s2ag_blender.rig import readiness, reading
 from s2ag.s2ag_blender.takes import generate
 
+pytestmark = pytest.mark.slow
+
 
 def bone_of(armature, part):
     return armature.pose.bones[reading.detect_mapping(armature, reading.read(armature))[0].chains[part][0]]

@@ -27,6 +27,8 @@ from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.rig.hands import free_bones
 
+pytestmark = pytest.mark.slow
+
 FRAMES = (1, 8, 17)
 FAMILIES = families()
 

@@ -16,6 +16,8 @@ from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading, skin
 from solved import detect
 
+pytestmark = pytest.mark.slow
+
 EXACT = Options(clear_body=0.0, fingers=0.0)
 FRAMES = (1, 6, 12, 19)
 

@@ -21,6 +21,8 @@ from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import reading
 
+pytestmark = pytest.mark.slow
+
 FRAMES = range(1, 60, 6)
 CLOSE = 1e-4
 """Metres: what single precision leaves of a foot below seven bones is a hundredth of a millimetre."""

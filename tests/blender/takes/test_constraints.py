@@ -8,6 +8,8 @@ from mathutils import Quaternion, Vector
 from s2ag.s2ag_blender.takes import constraints, gesture_edits
 from s2ag.s2ag_blender.ui import gesture_panel as ui
 
+pytestmark = pytest.mark.slow
+
 ARM = ("left_upper_arm", "left_forearm")
 
 

@@ -7,6 +7,8 @@ from acted import press
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.takes import control_curves, generate, stored_settings, take_list
 
+pytestmark = pytest.mark.slow
+
 
 def key(armature, name, *pairs):
     for frame, value in pairs:

@@ -10,6 +10,8 @@ from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import engine_requests, generate, take_list
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def other(speaker, examples):

@@ -8,6 +8,8 @@ from acted import curves, cut_off, now, overridden, press, same_curves
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import gesture_edits, retiming, take_list
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def directed(speaker, take):

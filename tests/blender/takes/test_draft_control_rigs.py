@@ -7,6 +7,8 @@ from acted import apart, pose, settle
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import drafts, engine_requests, generate
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def actor(extension, rigify_saved, engine, examples):

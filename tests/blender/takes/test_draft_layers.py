@@ -9,6 +9,8 @@ from s2ag.s2ag_blender.keys import layers
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import drafts, engine_requests, generate, preview
 
+pytestmark = pytest.mark.slow
+
 FRAMES = (3, 10, 12, 30, 55, 79, 82, 100)
 """Before, while it fades in, in the middle, while it fades out, and after."""
 

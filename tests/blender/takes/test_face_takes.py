@@ -10,6 +10,8 @@ from s2ag.s2ag_blender.characters import bone_survey, face_lookup
 from s2ag.s2ag_blender.keys import faces
 from s2ag.s2ag_blender.takes import drafts, generate, take_list
 
+pytestmark = pytest.mark.slow
+
 NAMES = ("jawOpen", "mouthPucker", "mouthFunnel", "mouthPressLeft", "mouthRollLower", "eyeBlinkLeft", "eyeBlinkRight")
 
 

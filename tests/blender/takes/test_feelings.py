@@ -21,6 +21,7 @@ def test_a_feeling_begins_at_the_playhead_and_is_a_decision_that_can_be_changed(
     assert "feel" in panel._CHANGEABLE
 
 
+@pytest.mark.slow
 def test_a_style_or_feeling_that_is_chosen_later_loses_no_pose_and_no_gesture(speaker, take):
     scene = bpy.context.scene
     scene.frame_set(240)
@@ -51,6 +52,7 @@ def moved(before, after, frame):
     return frame - 30 <= first <= frame + 30
 
 
+@pytest.mark.slow
 def test_rest_and_point_are_kinds(speaker, take):
     assert {"point", "rest"} <= {name for name, *_ in menu_items.kinds()}
     told = [sentence for *_, sentence in menu_items.kinds()]

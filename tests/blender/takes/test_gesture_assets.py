@@ -13,6 +13,8 @@ from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.takes import gesture_assets, gesture_edits
 from s2ag.s2ag_blender.ui import idle
 
+pytestmark = pytest.mark.slow
+
 EASED = 16
 """Frames over which an inserted gesture comes and goes."""
 

@@ -114,6 +114,7 @@ def test_takes_of_before_are_told_apart(speaker, take):
     assert len(gesture_edits.shown_gestures(take, bpy.context.scene)) == 1
 
 
+@pytest.mark.slow
 def test_a_range_anew_is_an_alternative_to_flip_to_in_place(speaker, take):
     scene, kept = bpy.context.scene, speaker.s2ag.takes[0]
     assert not bpy.ops.s2ag.flip_version.poll()

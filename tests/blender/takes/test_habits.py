@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import bpy
+import pytest
 from acted import Sheet, drawn, now, press
 from s2ag.core.settings import CURVES
 from s2ag.s2ag_blender import registration
@@ -62,6 +63,7 @@ def applied():
     return [text for name, text, _ in sheet()["buttons"] if name == "s2ag.apply_markers"]
 
 
+@pytest.mark.slow
 def test_the_console_stays_quiet_and_a_report_says_what_changed(speaker, take, capfd):
     bpy.context.scene.frame_set(180)
     for name, asked in EDITS.items():

@@ -12,6 +12,8 @@ from s2ag.s2ag_blender.keys import layers, poses
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import generate, take_list
 
+pytestmark = pytest.mark.slow
+
 START, FIRST, LAST, END = 5, 80, 150, 215
 """Frames of a recording of nine seconds, and of the three seconds of it that are made anew."""
 

@@ -9,6 +9,8 @@ from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.keys import layers
 from s2ag.s2ag_blender.takes import engine_requests, generate, preview, session
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def live(speaker):

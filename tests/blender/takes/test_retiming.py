@@ -14,7 +14,7 @@ from s2ag.s2ag_blender.takes import gesture_edits, retiming, take_list
 from s2ag.s2ag_blender.ui import gesture_panel as ui
 from sounds import write_wav
 
-pytestmark = pytest.mark.usefixtures("sound_system")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("sound_system")]
 
 
 def given_as(armature, result):

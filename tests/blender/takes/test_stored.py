@@ -13,6 +13,8 @@ from s2ag.s2ag_blender.keys import density, faces, keyframes, layers, test_pose
 from s2ag.s2ag_blender.rig import facemaps
 from s2ag.s2ag_blender.takes import control_curves, drafts, generate, retiming, sound_strips, stored_settings, take_list
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def laid(figure, voice, wave):

@@ -160,6 +160,7 @@ def test_a_take_keeps_its_chance_and_one_from_before_has_none(speaker):
     assert take_list.recall_settings(speaker, action).startswith("The take was made by other weights")
 
 
+@pytest.mark.slow
 def test_variations_are_near_their_take_and_never_the_same(three):
     def distance(one, other):
         found = [np.abs(curves(one)[key] - curves(other)[key]).mean() for key in curves(one)]

@@ -8,6 +8,8 @@ import pytest
 from s2ag.core.errors import WorkerFailed
 from s2ag.s2ag_blender.engine import client
 
+pytestmark = pytest.mark.slow
+
 START = (
     "import sys, bpy, s2ag\n"
     "s2ag.register()\n"
