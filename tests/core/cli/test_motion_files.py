@@ -71,6 +71,7 @@ def strange(path):
     return path
 
 
+@pytest.mark.slow
 def test_motions_go_straight_into_a_study(motion, tmp_path, capsys):
     pytest.importorskip("bpy", reason="the package bpy is not installed")
     from s2ag.s2ag_blender.render import opengl

@@ -88,6 +88,7 @@ def test_a_deletion_leaves_the_strokes_beside_it_where_they_are(after, base):
     assert np.mean(moved) <= 1 and max(moved) <= 2, moved
 
 
+@pytest.mark.slow
 def test_a_phrase_is_performed_once_however_often_a_stroke_is_tried(director, request_, base, monkeypatch):
     performed, real = [], regeneration.Regenerator._generate
     monkeypatch.setattr(regeneration.Regenerator, "_generate", lambda *given: performed.append(1) or real(*given))
@@ -289,6 +290,7 @@ def test_a_hundred_random_edits(director, request_, base, after):
     assert np.percentile(strains, 90) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [{"hand": "left"}, {"hand": "right"}, {"size": 0.6}, {"size": 1.4}])
 def test_every_gesture_can_have_another_hand_and_size(after, base, asked):
     told = []

@@ -32,6 +32,7 @@ def pointing(motion):
     return [one for one in gestures.find_gestures(motion) if one.kind == "point" and abs(one.at - 8.0) < 0.15]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [STYLE, FEELING], ids=["style", "feeling"])
 def test_decisions_stand_in_a_style_that_was_chosen_after_them(director, request_, decided, turn):
     first, last = (director.direct(request_, one) for one in ([turn, *decided], [*decided, turn]))

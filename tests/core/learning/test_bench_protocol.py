@@ -158,6 +158,7 @@ def test_weights_of_a_bench_perform_like_any_checkpoint(corpus, tmp_path, exampl
     assert "weights.safetensors of S2AG" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_command_line_says_how_long_how_wide_and_with_which_judge(corpus, tmp_path, capsys):
     """A step of one system, and what was asked stands in the bench's settings; passes and batches do not limit each other."""
     tiny, common = SETTINGS["tiny"], ["bench", "--data", str(corpus), "--setting", "tiny", "--systems", "s2ag", "--draws", "1"]

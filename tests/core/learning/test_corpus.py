@@ -164,6 +164,7 @@ def test_skeletons_rest_as_they_stand():
         assert np.allclose(np.linalg.norm(rotations[roles.head], axis=-1), 1)
 
 
+@pytest.mark.slow
 @needs_material
 def test_all_clips_are_upright_and_start_near_rest(captured):
     assert len(captured) > 300 and len({gesture.name for gesture in captured}) == len(captured)

@@ -161,6 +161,7 @@ def test_directions_are_those_of_the_joints_seen_from_the_front(recordings):
     assert directions[0, 4, 0] < 0 < directions[0, 7, 0]
 
 
+@pytest.mark.slow
 def test_every_clip_is_used_or_left_out_for_a_reason(recordings, used):
     stems = [(family, stem) for family, (_, _, motions) in recordings.items() for stem in motions]
     assert len(stems) == 291 and len(used) >= 220

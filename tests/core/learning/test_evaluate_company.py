@@ -141,6 +141,7 @@ def test_the_director_performs_a_strangers_recording(shared, talk):
     assert not np.allclose(first, second)
 
 
+@pytest.mark.slow
 def test_captured_motion_is_a_minute_of_clips_and_a_conversation(shared):
     found = human_recordings.captured_motion(shared)
     assert found["clips"].shape == (900, 9, 3) and 300 < len(found["conversation"]) < 400

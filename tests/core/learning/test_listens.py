@@ -252,6 +252,7 @@ def test_own_acting_says_every_sentence_in_every_mood():
     assert all(bright[f"en-gb-{talker}-anger-0"] > bright[f"en-gb-{talker}-sadness-0"] for talker in (0, 1))
 
 
+@pytest.mark.slow
 def test_heard_affect_is_told_apart_from_the_style(spoken, tmp_path):
     """Beside a request that does not follow the voice, the style is the same, and affect is added."""
     generator, wish = Generator(None, tmp_path), PerformanceOptions("stern", 3)

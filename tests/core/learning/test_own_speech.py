@@ -73,6 +73,7 @@ def test_pieces_of_one_name_are_recordings_of_their_own(examples, tmp_path):
     assert lengths == [45, 90]
 
 
+@pytest.mark.slow
 def test_the_command_tells_and_writes_all_figures(examples, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(summary, "STYLES", 2)
     monkeypatch.setattr(summary, "FEWEST", 3)

@@ -197,6 +197,7 @@ def test_mfcc_of_a_sample_are_the_published_features():
     torch.testing.assert_close(batch.mfcc[0].numpy(), published_features(audio), rtol=1e-5, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_log_mel_is_librosas():
     librosa = pytest.importorskip("librosa")
     audio = np.random.default_rng(0).normal(size=20000).astype(np.float32)

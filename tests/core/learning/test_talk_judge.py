@@ -67,6 +67,7 @@ def test_area_under_curve():
     assert classifiers.area_under_curve(np.array([1.0, 0]), np.array([1.0, 0])) == 0.5
 
 
+@pytest.mark.slow
 def test_equals_are_not_told_apart_and_others_are(people):
     same = talk_judge.told_apart([talking.talk(100 + one, 30) for one in range(4)], people, draws=1)
     assert abs(same.told - 0.5) < 0.15 and abs(same.told_again - 0.5) < 0.15

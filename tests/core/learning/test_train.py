@@ -86,6 +86,7 @@ def test_a_continued_run_equals_an_uninterrupted_one(settings, tmp_path, one_thr
         assert all(torch.equal(whole[key], joined[key]) for key in whole)
 
 
+@pytest.mark.slow
 def test_a_flow_learns_to_follow_the_voice_and_who_performs(settings, tmp_path, one_thread):
     settings = {**settings, **FLOW, "steps": 120, "log_steps": 20, "validate_steps": 120, "arm_weight": 2.0}
     figures = train(TrainConfig.from_dict(settings))

@@ -164,6 +164,7 @@ def test_mirror_image_is_kept_alike():
     assert np.median(degrees(mirrored, limits.enforce_limits(wild))) < 1e-3
 
 
+@pytest.mark.slow
 def test_captured_gestures_are_human(shared):
     from s2ag.core.learning.corpus import library
 

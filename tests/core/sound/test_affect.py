@@ -110,6 +110,7 @@ def test_a_mood_outlasts_the_voice_and_sinks_in_silence(acted):
     assert heard[-1] < 0.1 * heard[:spoken].max() and (np.diff(heard[spoken + 5 :]) <= 0).all()
 
 
+@pytest.mark.slow
 def test_an_hour_is_heard_in_bounded_memory(sonnet):
     hour = np.tile(sonnet, -(-3600 * RATE // len(sonnet)))[: 3600 * RATE]
     tracemalloc.start()

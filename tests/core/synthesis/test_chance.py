@@ -51,6 +51,7 @@ def correlation(one, other):
     return np.mean((one * other).sum(0) / np.sqrt((one**2).sum(0) * (other**2).sum(0)))
 
 
+@pytest.mark.slow
 def test_two_recordings_of_one_style_and_seed_are_two_dances(session, recordings):
     # Pairs that have nothing in common scatter by 0.2 each, so the mean of 36 by 0.03.
     def alike(seeds, **settings):
@@ -132,6 +133,7 @@ def test_a_carried_take_keeps_its_chance(session, examples, recordings):
     assert "chance" not in retiming.retime(session, old, recordings[3], **told)[0].meta
 
 
+@pytest.mark.slow
 def test_turns_and_listeners_have_numbers_of_their_own(session, examples):
     half = "So this is the idea that we had."
     text = {"text": f"ANNA: {half}\nBERT: {half}"}

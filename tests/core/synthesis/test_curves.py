@@ -63,6 +63,7 @@ def test_a_constant_curve_is_the_plain_setting_to_the_bit(perform, name):
     assert curved.meta == set_.meta
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     # The corpus talks alike at every rate, so that rate moves what is asked for alone.
     ("name", "low", "high", "by"),

@@ -87,6 +87,7 @@ def test_provenance_names_what_it_was_made_from(session, hello):
     assert list(meta["style"].values()) == [1.0]
 
 
+@pytest.mark.slow
 def test_speakers_differ(session, examples):
     made = {
         style["name"]: session.synthesize(Request(examples / "hello.flac", style=style["name"])).motions[0].directions

@@ -83,6 +83,7 @@ def test_a_word_without_letters_to_say_stands_between_its_neighbours(sound, word
     assert np.abs(starts_off(spans[:20] + spans[21:], truth)).mean() < 0.035
 
 
+@pytest.mark.slow
 def test_several_minutes_are_followed_without_drifting(sound, words, truth):
     """Fourteen times the same speech with changing pauses: the text repeats, so a slip would go on to the end."""
     copies, rng, pieces, expected = 14, np.random.default_rng(3), [], []

@@ -33,6 +33,7 @@ def performed(examples):
     return {size: motions(size) for size in SIZES}
 
 
+@pytest.mark.slow
 def test_larger_performances_have_hardly_more_faults(performed):
     """In two minutes at most one more of each kind; without the rules 20, 1, 60 and 34 at the largest size."""
     minutes = sum(map(len, performed[1.0])) / skeleton.FPS / 60
