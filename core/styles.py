@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from . import own_styles
 from .errors import UnknownStyle, UsageError
 from .settings import AFFECTS, CONTROLS, Settings, sliders
 from .style_names import RANDOM, split_sequence  # noqa: F401
@@ -50,6 +51,20 @@ def parse(expression: str | dict, names: list[str]) -> dict[int, float] | None:
     if not total:
         raise UnknownStyle("All style weights are zero.", "Give at least one style a weight above zero.")
     return {index: weight / total for index, weight in weights.items()}
+
+
+def performers(speakers: list[dict], steps: Sequence[str | dict], weights: str) -> list[dict]:
+    """Return the speakers of a checkpoint, and after them the styles of one's own (:mod:`own_styles`) that ``steps`` name.
+
+    Raises :class:`UnknownStyle` for files that are none, and for styles that were learned for other ``weights`` (a hash)."""
+    known, own = {RANDOM, *(_key(speaker["name"]) for speaker in speakers)}, {}
+    for name in (name for step in steps for name, _ in _split(step)):
+        found = None if _key(name) in known else own_styles.find(name)
+        if found and found["weights"] != weights:
+            remedy = "Learn it again from its own figures: s2ag learn FILE.json."
+            raise UnknownStyle(f"The style {name!r} was learned for other weights.", remedy)
+        own |= {_key(name): {**found, "name": name}} if found else {}
+    return [*speakers, *own.values()]
 
 
 def interpolate_sequence(points: np.ndarray, frames: int) -> np.ndarray:
@@ -153,7 +168,9 @@ def _split(expression: str | dict) -> list[tuple[str, float]]:
         return [(str(name), float(weight)) for name, weight in expression.items()] or [("", 1.0)]
     pairs = []
     for part in expression.split("+"):
-        name, _, weight = part.partition(":")
+        name, colon, weight = part.rpartition(":")
+        if not colon or part.lower().rstrip().endswith(own_styles.SUFFIX):  # C:\\ada.json has no weight
+            name, weight = part, ""
         try:
             pairs.append((name.strip(), float(weight) if weight else 1.0))
         except ValueError:

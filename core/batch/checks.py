@@ -104,8 +104,10 @@ def _error_of(function: Callable, *arguments: object) -> str:
 def _check_request(clip: Clip, known: dict) -> None:
     """Raise :class:`UsageError` for values out of range, unknown styles and controls that the checkpoint lacks."""
     wanted = request(clip)
-    for step in wanted.walk(known["speakers"])[0]:
-        styles.parse(step, [one["name"] for one in known["speakers"]])
+    walk = wanted.walk(known["speakers"])[0]
+    names = [one["name"] for one in styles.performers(known["speakers"], walk, known["hash"])]
+    for step in walk:
+        styles.parse(step, names)
     if wanted.steered & set(CONTROLS) and not known["controls"]:
         raise UsageError("This checkpoint has no controls.", "Leave affect, rate and hand at 0.")
 

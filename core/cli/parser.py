@@ -26,6 +26,7 @@ PACKAGE_VERBS = {
     "bench": "train,bench",
     "checkpoint": "full",
     "capture": "engine",
+    "learn": "engine",
     "data": "train",
     "study": "engine",
 }

@@ -4,7 +4,7 @@ import contextlib
 from os import PathLike
 from pathlib import Path
 
-from .. import json_text, styles, user_folders
+from .. import json_text, own_styles, styles, user_folders
 from ..errors import CheckpointUnreadable
 from ..files import open_file
 
@@ -69,8 +69,9 @@ def _is_state(path: Path) -> bool:
 def describe(checkpoint: str | PathLike | None = None) -> dict:
     """Describe a checkpoint file, by default the shipped one.
 
-    Returns ``"path"``, ``"hash"``, ``"speakers": [{"name", "description", "default"}]`` and
-    ``"controls": [{"name", "description"}]``. Raises :class:`CheckpointUnreadable`."""
+    Returns ``"path"``, ``"hash"``, ``"speakers": [{"name", "description", "default"}]``, at their end those of the user's
+    folder that were learned for it (``"own"``), and ``"controls": [{"name", "description"}]``. Raises
+    :class:`CheckpointUnreadable`."""
     path = locate(checkpoint)
     facts = read_metadata(path)
     try:
@@ -85,4 +86,7 @@ def describe(checkpoint: str | PathLike | None = None) -> dict:
         controls = styles.describe_controls(int(facts.get("config", {}).get("controls", 0)))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise CheckpointUnreadable(f"{metadata_path(path)} does not describe its speakers and controls.", REMEDY) from error
-    return {"path": str(path), "hash": str(facts.get("weights_sha256", "")), "speakers": speakers, "controls": controls}
+    digest = str(facts.get("weights_sha256", ""))
+    own = [one for one in own_styles.listed() if one["weights"] == digest]
+    speakers += [{"name": one["name"], "description": one["description"], "default": False, "own": True} for one in own]
+    return {"path": str(path), "hash": digest, "speakers": speakers, "controls": controls}

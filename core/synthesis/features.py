@@ -96,7 +96,7 @@ def _assemble(
 
     sound, other = sounds
     words, wishes = said.words, hints.parse_hints(said.marks, said.words)
-    wishes, style_warnings = _known_styles(wishes, session.checkpoint.speakers)
+    wishes, style_warnings = _known_styles(wishes, session.checkpoint.speakers, session.checkpoint.hash)
     warnings = said.warnings + _unknown(wishes) + style_warnings
     unheard = not words or session.checkpoint.config.words
     vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
@@ -188,12 +188,13 @@ def _unknown(wishes: hints.HintEffects) -> list[str]:
     return [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
 
 
-def _known_styles(wishes: hints.HintEffects, speakers: list[dict]) -> tuple[hints.HintEffects, list[str]]:
+def _known_styles(wishes: hints.HintEffects, speakers: list[dict], weights: str) -> tuple[hints.HintEffects, list[str]]:
     """Return wishes without styles that do not exist, and a warning for each of those."""
-    names, known, warnings = [speaker["name"] for speaker in speakers], [], []
+    known, warnings = [], []
     for at, style in wishes.styles:
         try:
-            styles.parse(style or styles.default_speaker(speakers), names)
+            step = style or styles.default_speaker(speakers)
+            styles.parse(step, [one["name"] for one in styles.performers(speakers, [step], weights)])
             known.append((at, style))
         except UnknownStyle as error:
             warnings.append(f"The transcript's hint {{as {style}}} is left out: {error}")

@@ -116,17 +116,17 @@ def from_request(
 
     Raises :class:`UsageError` for unknown styles, and for controls that the weights do not have."""
     _check_controls(checkpoint, request)
-    speakers = checkpoint.speakers
+    walk, turns = request.walk(checkpoint.speakers, hinted)
+    speakers = styles.performers(checkpoint.speakers, walk, checkpoint.hash)
     names = [speaker["name"] for speaker in speakers]
-    walk, turns = request.walk(speakers, hinted)
     weights = [styles.parse(step, names) for step in walk]
     rests = np.stack([_rest_pose(speakers, step) for step in weights])
     if request.latent is not None:
         latents = _given(checkpoint, request, 1 if turns else len(weights))
-        later = [draw_latents(checkpoint, request, step)[:, None] for step in weights[1:]] if turns else []
+        later = [draw_latents(checkpoint, request, step, speakers)[:, None] for step in weights[1:]] if turns else []
         latents = np.concatenate([latents, *later], axis=1)
     else:
-        latents = np.stack([draw_latents(checkpoint, request, step) for step in weights], axis=1)
+        latents = np.stack([draw_latents(checkpoint, request, step, speakers) for step in weights], axis=1)
     named = [{names[index]: weight for index, weight in (step or {}).items()} or styles.RANDOM for step in weights]
     chances = np.array([_fact(speakers, step, "chance", 1.0) for step in weights])
     ready = _fact(speakers, weights[0], "semantic", _READY)
@@ -135,9 +135,17 @@ def from_request(
     return StyleSequence(request, named, rests, latents, ready, chances, begins, steer, tastes)
 
 
-def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | None) -> np.ndarray:
+def draw_latents(
+    checkpoint: Any, request: Request, weights: dict[int, float] | None, speakers: Sequence[dict] = ()
+) -> np.ndarray:
     """Draw a style for each take ``(takes, size)``, steered by the controls; these vary a little after the first take."""
     mean, deviation = checkpoint.network.speakers
+    own = [one["point"] for one in speakers[len(mean) :]] if weights else []
+    if own:
+        if any(len(point) != mean.shape[1] for point in own):
+            raise UsageError("A style of one's own is damaged.", "Learn it again.")
+        more = np.tile(deviation.mean(0), (len(own), 1))
+        mean, deviation = np.concatenate([mean, np.array(own, np.float32)]), np.concatenate([deviation, more])
     drawn = styles.sample_styles(weights, mean, deviation, request.style_seed(weights is None), request.identities)
     if not checkpoint.config.controls or curves.has_control_curves(request):
         return drawn

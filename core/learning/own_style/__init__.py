@@ -1,0 +1,1 @@
+"""Styles of one's own, learned from motion: its source, its figures of manner, the fit, and how well that goes."""

@@ -1,0 +1,131 @@
+"""Styles of one's own: learned from motion, kept in files, chosen by name or path."""
+
+import json
+import wave
+from pathlib import Path
+
+import numpy as np
+import pytest
+from s2ag.core import own_styles, styles
+from s2ag.core.cli import main
+from s2ag.core.errors import UnknownStyle, UsageError
+from s2ag.core.learning.own_style import fit, manner, source
+from s2ag.core.model import checkpoint_metadata
+from s2ag.core.motion.motion import Motion
+from s2ag.core.sound import audio
+from s2ag.core.synthesis.request import Request
+from s2ag.core.synthesis.session import Session
+
+FAR_APART = "stern", "coach"
+
+
+@pytest.fixture(scope="module")
+def session():
+    return Session(cache="off")
+
+
+@pytest.fixture(scope="module")
+def voice(examples, tmp_path_factory):
+    """Eight seconds of a voice."""
+    path = tmp_path_factory.mktemp("voice") / "voice.wav"
+    with wave.open(str(path), "wb") as file:
+        file.setparams((1, 2, audio.SAMPLE_RATE, 0, "NONE", ""))
+        file.writeframes((audio.load(examples / "hello.flac")[: 8 * audio.SAMPLE_RATE] * 32000).astype("<i2").tobytes())
+    return path
+
+
+@pytest.fixture(scope="module")
+def stage(session, voice):
+    return fit.Stage(session, voice)
+
+
+@pytest.fixture(scope="module")
+def acted(session, stage):
+    """Thirty seconds of motion of two styles."""
+    names, known = [one["name"] for one in session.styles()], fit.speakers(session.checkpoint)
+    return {name: [stage.show([known[names.index(name)]], seed)[0][0] for seed in (1, 2, 3, 4)] for name in FAR_APART}
+
+
+@pytest.fixture
+def own(monkeypatch, tmp_path, session):
+    """A style in the user's folder, with the manner of nobody."""
+    monkeypatch.setenv("S2AG_DATA", str(tmp_path))
+    speaker = session.styles()[2]
+    more = {"point": session.checkpoint.network.speakers[0][2].tolist(), "weights": session.checkpoint.hash}
+    about = {"format": own_styles.FORMAT, "name": "Ada", "description": "", "manner": {}, "seconds": 60}
+    path = own_styles.path_of("Ada")
+    path.parent.mkdir()
+    own_styles.write({**speaker, **more, **about}, path)
+    return path
+
+
+def test_what_was_learned_is_nearer_to_its_source(stage, acted, voice, monkeypatch):
+    for name, less in {"ROUNDS": 1, "_FIRST": 1, "TRIALS": 6, "_BATCH": 4}.items():
+        monkeypatch.setattr(fit, name, less)
+    manners = {name: manner.measure(motions) for name, motions in acted.items()}
+    for name, other in (FAR_APART, FAR_APART[::-1]):
+        found = fit.fit(stage, source.of_motions(name, acted[name], voice))
+        made = manner.measure([stage.show([found.style], seed)[0][0] for seed in (11, 12, 13)])
+        assert manner.apart(made, manners[name]) < manner.apart(made, manners[other])
+
+
+def test_a_style_is_numbers_of_a_flat_space_and_back(session):
+    for one in fit.speakers(session.checkpoint):
+        again = fit._style(fit._numbers(one), one.rest)
+        np.testing.assert_allclose(again.point, one.point)
+        np.testing.assert_allclose(again.taste / again.taste[3:6].sum(), one.taste / one.taste[3:6].sum(), rtol=0.01)
+
+
+def test_a_style_is_chosen_by_name_and_by_file(own, session, voice):
+    """It performs as the speaker whose numbers it has, but for the random numbers, which are keyed by the name."""
+    by_name, by_path = (session.synthesize(Request(voice, style=one)) for one in ("ada", str(own)))
+    assert by_name.motions[0].meta["style"] == {"ada": 1.0} and by_path.motions[0].meta["style"] == {str(own): 1.0}
+    np.testing.assert_array_equal(by_name.latents, by_path.latents)
+    np.testing.assert_allclose(by_name.latents[0, 0], session.checkpoint.network.speakers[0][2], rtol=1e-5)
+    mixed = session.synthesize(Request(voice, style=f"{own}:0.5+coach:0.5"))
+    assert mixed.motions[0].meta["style"] == {str(own): 0.5, "coach": 0.5}
+    assert "Ada" in [one["name"] for one in checkpoint_metadata.describe()["speakers"]]
+
+
+def test_a_windows_path_has_no_weight():
+    assert styles._split(r"C:\styles\ada.json+stern:2") == [(r"C:\styles\ada.json", 1.0), ("stern", 2.0)]
+
+
+def test_what_is_wrong_with_a_style_is_said(own, session, voice, tmp_path):
+    with pytest.raises(UnknownStyle, match="cannot be read"):
+        session.synthesize(Request(voice, style=str(tmp_path / "gone.json")))
+    with pytest.raises(UnknownStyle, match="no style 'Adda'"):
+        session.synthesize(Request(voice, style="Adda"))
+    kept = own_styles.read(own)
+    own_styles.write({**kept, "weights": "other"}, own)
+    with pytest.raises(UnknownStyle, match="other weights"):
+        session.synthesize(Request(voice, style="Ada"))
+    assert "Ada" not in [one["name"] for one in checkpoint_metadata.describe()["speakers"]]
+    for damage in ({"point": ["x"]}, {"rest": [[0, 1]]}, {"seconds": float("nan")}, {"name": ""}, {"answers": 3}):
+        own.write_text(json.dumps({**kept, **damage}))
+        with pytest.raises(UnknownStyle, match="no style of this version"):
+            own_styles.read(own)
+    assert own_styles.listed() == []
+    for name in ("", "a+b", "a>b", "a:b", "x.json"):
+        with pytest.raises(UnknownStyle, match="cannot be the name"):
+            own_styles.path_of(name)
+
+
+def test_what_cannot_be_learned_from_is_said(acted, tmp_path, capsys):
+    still = np.repeat(acted["coach"][0][:1], 400, axis=0)
+    for motion, complaint in ((still, "Hardly anything moves"), (acted["coach"][0], "too short")):
+        Motion(motion).save(tmp_path / "talk.npz")
+        with pytest.raises(UsageError, match=complaint):
+            source.read([tmp_path / "talk.npz"])
+    assert main.main(["learn", str(tmp_path / "gone.npz")]) == 2
+    assert main.main(["learn", str(tmp_path / "talk.npz"), "-o", str(tmp_path / "ada.txt")]) == 2
+    assert "gone.npz" in (told := capsys.readouterr().err) and "no .json" in told
+
+
+def test_what_was_not_seen_is_left_out(acted, tmp_path):
+    motion = np.concatenate(acted["coach"])
+    Motion(motion, meta={"unseen": [[2.0, 5.0], [6.0, 10.0]]}).save(tmp_path / "talk.npz")
+    (tmp_path / "talk.wav").write_bytes(b"")
+    found = source.read([tmp_path / "talk.npz"])
+    assert found.seconds == pytest.approx(len(motion) / 15 - 10, abs=0.1)
+    assert found.sound == Path(tmp_path / "talk.wav")
