@@ -77,11 +77,10 @@ def _is_whole(style: dict) -> bool:
     """Whether a style has its parts, their shapes, and numbers wherever it has no text."""
     kinds = {"format": str, "name": str, "description": str, "weights": str, "answers": dict, "manner": dict, "point": list}
     try:
-        shaped = (
-            len(style["rest"]) == 9 and all(len(row) == 3 for row in style["rest"]) and bool(style["name"] and style["seconds"])
-        )
-        typed = all(isinstance(style[name], kind) for name, kind in kinds.items())
-        return shaped and typed and all(isinstance(one, str) or math.isfinite(one) for one in _leaves(style))
+        leaves = [leaf for part in style.values() if not isinstance(part, str) for leaf in _leaves(part)]
+        shaped = len(style["rest"]) == 9 and all(len(row) == 3 for row in style["rest"])
+        typed = all(isinstance(style[name], kind) for name, kind in kinds.items()) and bool(style["seconds"])
+        return shaped and typed and all(math.isfinite(one) for one in leaves) and bool(style["name"])
     except (KeyError, TypeError):
         return False
 
