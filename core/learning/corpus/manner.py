@@ -1,7 +1,7 @@
 """How a performer talks with the hands: derived from the tastes in :mod:`speakers`.
 
 Those are of single gestures; here they become factors of captured talk, so scaled that most performers move nearly as the
-captured people: sizes go from 0.5 to 1.2, tempo from 0.9 to 1.5, gestured phrases from 0.4 to all.
+captured people: sizes go from 0.5 to 1.1, tempo from 0.9 to 1.5, gestured phrases from 0.4 to all.
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ _HEIGHT = {"low": -9.0, "mid": 0.0, "high": 11.0}
 
 _CALMEST, _LIVELIEST = 2.7, 0.8
 """Longest and shortest gap of a performer: 0 and 1 of liveliness."""
-_SIZE, _TEMPO = (0.56, 0.34), (1.12, 0.22)
+_SIZE, _TEMPO = (0.53, 0.26), (1.12, 0.22)
 """Size and tempo of a performer whose tastes of them are 1, at no liveliness, and what full liveliness adds: captured movements
 made somewhat smaller and quicker, as networks that learn of them draw larger and slower ones."""
-_ALONE = 1.3
+_ALONE = 1.5
 """How far the other hand stays out of it for a leader who never used both."""
 _USUAL_PLANE = 1.1
 """The taste of planes of a performer whose hands are as far apart as in captured talk."""
@@ -51,7 +51,7 @@ def of(performer: Performer) -> Manner:
     lively = (_CALMEST - performer.gap) / (_CALMEST - _LIVELIEST)
     return Manner(
         lead=lead,
-        alone=float(np.clip(_ALONE - 0.75 * performer.both, 0.5, 0.95)) if lead else 0.0,
+        alone=float(np.clip(_ALONE - 0.75 * performer.both, 0.5, 1.0)) if lead else 0.0,
         active=float(np.clip(0.4 + 0.65 * lively, 0.3, 1.0)),
         size=float(performer.size * (_SIZE[0] + _SIZE[1] * lively)),
         tempo=float(performer.tempo**0.5 * (_TEMPO[0] + _TEMPO[1] * lively)),

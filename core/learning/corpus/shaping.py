@@ -23,7 +23,7 @@ from .speakers import Performer
 _ARMS, _TRUNK = list(skeleton.ARM_EDGES), [0, 1, 2, 3, 6]
 _SIDES = (((4, 5), -1.0), ((7, 8), 1.0))
 """Edges of each arm, and the sign of outwards on the x axis."""
-_SLOW, _QUICK, _SHARED = 1.3, 0.11, 0.45
+_SLOW, _QUICK, _SHARED = 1.1, 0.11, 0.45
 """Seconds of Gaussians: about which mean arms are larger or smaller; between the last two, 0.4 to 1.7 Hz, lies what trunk and
 head take over of the arms."""
 _SIZE_AROUSAL = 0.62
@@ -37,10 +37,13 @@ more; without these performances are told by the forearm's share."""
 _WAVES, _SIZE_SPREAD, _GAIN_SPREAD = 4.0, 0.16, 0.3
 """Seconds in which size and the gain of trunk and head go up or down, and the deviations of their logarithms: people are not
 constant."""
-_ASIDE_OTHER, _WAITING = 0.85, 4.0
+_ASIDE_OTHER, _WAITING = 0.9, 4.0
 """How much smaller the hand that does not lead moves, for a performer who leaves all to one, and the seconds over which its
 place is smoothed in the same measure: it waits where it is."""
-_PERCH = 0.5
+_LATE, _TURNS = 2.0, 4.0
+"""Frames (0.13 s) by which one hand is late after the other, and the seconds in which they change places in it: two hands that
+move as each other's image tell performances most."""
+_PERCH = 0.85
 """How far hands stay about the middle of those seconds: people's beats start from a perch and come back to it, and movements
 that were made smaller about a place that wanders seldom do."""
 _LAGS = (-2, -1, 0, 1, 2)
@@ -54,7 +57,7 @@ _OWN_HEAD, _OWN_LEAN = 0.6, 0.5
 _ASIDE_OF_HANDS, _OWN_ASIDE, _PLACED = -0.3, 0.5, 2.0
 """Mean sideways part of captured bent forearms (inwards), the share of the footage's own difference from it that is kept, and
 the seconds over which it is taken: where hands live is the performer's and the mood's, not of the piece that is shown."""
-_OPEN, _CLOSE = (12, 32), (8, 19)
+_OPEN, _CLOSE = (15, 40), (10, 24)
 """Degrees by which elbows and forearms go outwards for a valence of 1, and inwards for -1: arms that close far would cross."""
 _SLOW_TRUNK = 1.5
 """Seconds of the Gaussian that tells slow leans and turns from quick ones."""
@@ -128,6 +131,7 @@ def talk_body(
     body = directions.astype(float).copy()
     time = np.arange(len(body)) / skeleton.FPS
     home = _home_weight(gesturing, manner, scene, arousal, time, random)
+    _part(body, random)
     body[:, _ARMS] = _sized(body[:, _ARMS], manner, arousal, random)
     body = skeleton.normalize(body)
     _go_home(body, manner, home)
@@ -153,6 +157,18 @@ def express(
     return skeleton.normalize(body)
 
 
+def _part(body: np.ndarray, random: np.random.Generator) -> None:
+    """Let one hand be late after the other, each in its turn, in place."""
+    late = _LATE * np.tanh(_wander(len(body), _TURNS, random))
+    frames = np.arange(len(body), dtype=float)
+    for (edges, _), sign in zip(_SIDES, (-1, 1), strict=True):
+        at = np.clip(frames - np.maximum(sign * late, 0), 0, len(body) - 1)
+        low = np.minimum(at.astype(int), len(body) - 2)
+        share = (at - low)[:, None]
+        for edge in edges:
+            body[:, edge] = (1 - share) * body[low, edge] + share * body[low + 1, edge]
+
+
 def _sized(arms: np.ndarray, manner: Manner, arousal: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Return arms ``(frames, 4, 3)`` that move more or less about where they are."""
     slow, waiting = smooth(arms, _SLOW), smooth(arms, _WAITING)
@@ -164,7 +180,8 @@ def _sized(arms: np.ndarray, manner: Manner, arousal: np.ndarray, random: np.ran
     size = np.minimum(manner.size * 2 ** (_SIZE_AROUSAL * arousal) * drift, _LARGEST)[:, None, None] * _OF_EDGES
     own = np.array([1.0, 1.0])
     own[int(manner.lead < 0)] -= _ASIDE_OTHER * manner.alone * abs(manner.lead)
-    return perch + size * np.repeat(own, 2)[:, None] * (arms - slow)
+    shares = np.repeat(own, 2)
+    return perch + size * shares[:, None] * (arms - slow)
 
 
 def _steady(body: np.ndarray, quick: np.ndarray, random: np.random.Generator) -> None:

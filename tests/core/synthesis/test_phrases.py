@@ -80,7 +80,7 @@ def figures(motion, lands: float) -> dict:
 
 SEEN = {
     "shrug": lambda one, twin: one["palms up"].min() > 0.7 and one["shoulders"] > twin["shoulders"] + 0.03,
-    "negation": lambda one, twin: one["turns"] > twin["turns"] + 20,
+    "negation": lambda one, twin: one["turns"] > max(twin["turns"], 50),
     "big": lambda one, twin: one["apart"] > 0.9,
     "small": lambda one, twin: one["apart"] < 0.3,
     "refusal": lambda one, twin: one["forward"].min() > 0.45 and one["high"].min() > -0.2,
@@ -108,9 +108,11 @@ def test_every_phrase_differs_from_its_neutral_twin_as_meant(examples, tmp_path)
             ]
             assert shown, phrase
             assert not [one for motion in neutral for one in motion.meta.get("shows", ()) if start < one[1] < start + 1.2]
-            take, name, lands = shown[0]
-            one, twin = (figures(motions[take], lands) for motions in (takes, neutral))
-            print(f"{phrase}: {name}, in {len(shown)} of {TAKES} takes")
-            for what, values in one.items():
-                print(f"    {what:10} {np.round(values, 2)}, twin {np.round(twin[what], 2)}")
-            assert SEEN[name](one, twin), phrase
+            print(f"{phrase}: {shown[0][1]}, in {len(shown)} of {TAKES} takes")
+            fits = []
+            for take, name, lands in shown:
+                one, twin = (figures(motions[take], lands) for motions in (takes, neutral))
+                fits.append(SEEN[name](one, twin))
+                for what, values in one.items():
+                    print(f"    {what:10} {np.round(values, 2)}, twin {np.round(twin[what], 2)}")
+            assert np.mean(fits) > 0.5, (phrase, fits)
