@@ -177,7 +177,7 @@ PERFORMERS = (
 
 
 NOISE_SCALES = {
-    "shy student": 0.76, "deadpan": 0.76, "tired": 0.84, "skeptic": 0.86, "news anchor": 0.87, "stern": 0.87,
+    "shy student": 0.74, "deadpan": 0.76, "tired": 0.84, "skeptic": 0.86, "news anchor": 0.87, "stern": 0.87,
     "calm lecturer": 0.88,
 }  # fmt: skip
 """Scale of the noise for performers that must be calm: sampled motion is livelier than the motion it was trained on."""
