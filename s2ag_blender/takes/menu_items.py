@@ -124,16 +124,19 @@ HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both 
 
 @functools.cache  # Blender keeps no reference to the texts of a menu
 def kinds(first: tuple[tuple[str, str, str], ...] = ()) -> tuple[tuple[str, str, str], ...]:
-    """Return the items of the kinds of a gesture, each with what it shows, behind the items ``first``."""
+    """Return the items of the kinds of a gesture, each with what it shows, behind the items ``first``; what is asked for most
+    comes first, since the menu is far longer than a screen."""
     from ...core.meaning import vocabulary
     from . import gesture_kinds
 
-    shown = vocabulary.load_vocabulary().gestures
+    shown = sorted(vocabulary.load_vocabulary().gestures, key="point".__ne__)  # stable: the others keep their order
+    named = [(name, name.replace("_", " ").capitalize(), gesture_kinds.SHOWN.get(name, "")) for name in shown]
     return (
         *first,
         (BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
-        *((name, name.replace("_", " ").capitalize(), gesture_kinds.SHOWN.get(name, "")) for name in shown),
+        *named[:1],
         (REST, "Rest", "No gesture: both hands go home for a moment"),
+        *named[1:],
     )
 
 
