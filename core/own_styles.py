@@ -20,6 +20,14 @@ def folder() -> Path:
     return user_folders.data() / "styles"
 
 
+def place() -> Path | None:
+    """Return :func:`folder`, None where there is no home."""
+    try:
+        return folder()
+    except RuntimeError:
+        return None
+
+
 def path_of(name: str) -> Path:
     """Return the file of a style in the user's folder. Raises :class:`UnknownStyle` for what cannot be a name."""
     if not name.strip() or set(name) & set("+:>") or name.lower().endswith(SUFFIX):
@@ -30,11 +38,11 @@ def path_of(name: str) -> Path:
 
 def listed() -> list[dict]:
     """Return the styles in the user's folder, by name; files that are none are left out."""
+    own, found = place(), []
     try:
-        paths = sorted(folder().glob("*" + SUFFIX))
-    except (RuntimeError, OSError):
-        return []  # no home, or none that may be read: there are no styles, and a name asked for is told as unknown
-    found = []
+        paths = sorted(own.glob("*" + SUFFIX)) if own else []
+    except OSError:
+        return []  # it may not be read: there are no styles, and a name that is asked for is told as unknown
     for path in paths:
         try:
             found.append(read(path))
@@ -57,8 +65,10 @@ def read(path: str | PathLike) -> dict[str, Any]:
     return style
 
 
-def write(style: dict, path: str | PathLike) -> None:
-    """Write a style, atomically."""
+def write(style: dict, path: Path) -> None:
+    """Write a style, atomically; the user's folder is made if it is missing."""
+    if path.parent == place():
+        path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(style, indent=1), "utf-8")
 

@@ -42,9 +42,7 @@ def run(options: argparse.Namespace) -> int:
     path = own_styles.path_of(name)
     if name.lower() in (one["name"].lower() for one in describe(checkpoint_of(options))["speakers"] if "own" not in one):
         raise UsageError(f"There is a style {name} already.", "Give it another --name.")
-    if options.output is None:
-        own_styles.folder().mkdir(parents=True, exist_ok=True)
-    path = check_output(options.output or path)
+    path = check_output(options.output) if options.output else path
     with Progress() as progress:
         style, table = fit.learn(Session(checkpoint_of(options)), found, name, lambda value: progress("learn", value))
     own_styles.write(style, path)

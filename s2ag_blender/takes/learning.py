@@ -1,13 +1,18 @@
-"""Writes hand-made animation of a character, with its speech, as training data: a motion, a recording and a transcript."""
+"""Writes hand-made animation of a character, with its speech, as training data, and puts styles into the user's folder."""
 
 import re
 import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
 
+from ...core import child_process, own_styles
 from ...core.errors import OutputUnwritable, UsageError
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
@@ -15,6 +20,7 @@ from ...core.motion.readers import ten_joints
 from ...core.settings import names_with
 from ...rigs.skeleton import Mapping, character_frame
 from ..datablocks import ArmatureObject, current_context
+from ..engine import client
 from ..keys.apply import scene_fps
 from ..rig import chosen_bones, reading
 from . import sources
@@ -87,6 +93,34 @@ def save_take(
         raise OutputUnwritable(f"{folder} cannot be written: {error.strerror}.", "Choose another folder.") from error
     motion.save(folder / f"{stem}.npz")
     return folder / f"{stem}.npz"
+
+
+def style_in_slices(path: str | Path, weights: str, python: str | None) -> Generator[float, None, str]:
+    """Put the style of a file into the user's folder, or learn it from a motion in the engine's Python; return its name.
+
+    ``weights`` is the hash of those that shall perform it. Yields wherever Blender may draw. Raises :class:`S2agError`."""
+    path = Path(path)
+    if path.suffix.lower() == own_styles.SUFFIX:
+        style = own_styles.read(path)
+        if style["weights"] == weights:
+            own_styles.write(style, own_styles.path_of(style["name"]))
+            return style["name"]
+    arguments = [str(path)] if path.suffix.lower() == own_styles.SUFFIX else [str(path), "--name", path.stem.replace("_", " ")]
+    command = [*client.engine_command("core.cli.main", python), "learn", *arguments]
+    with tempfile.TemporaryFile() as told:
+        ends = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": told}
+        process = subprocess.Popen(command, env=child_process.environment(), **ends, **child_process.own_group_options())
+        try:
+            while process.poll() is None:
+                yield 0.0
+                time.sleep(0.02)
+        finally:
+            child_process.kill_tree(process)
+        told.seek(0)
+        lines = told.read().decode("utf-8", "replace").replace("s2ag: ", "").split("\n")
+    if process.returncode:
+        raise UsageError(" ".join(lines[-2:]).strip() or "The style was not learned.", "")
+    return own_styles.read(path)["name"] if path.suffix.lower() == own_styles.SUFFIX else arguments[-1]
 
 
 def _bones_of_joints(mapping: Mapping) -> dict[str, tuple[str, bool]]:

@@ -10,6 +10,7 @@ from typing import Any
 import blf
 import bpy
 
+from ...core import own_styles
 from ...core.editing.names import BEAT, REST
 from ...core.errors import CheckpointUnreadable
 from ...core.settings import checkpoint_of
@@ -42,12 +43,14 @@ def speakers_and_controls(settings: Any = None) -> dict[str, Any]:
     checkpoint = checkpoint_of(settings) if settings is not None else ""
     path = checkpoint_metadata.locate(bpy.path.abspath(checkpoint))
     facts = checkpoint_metadata.metadata_path(path)
-    return _read_checkpoint(path, facts.stat().st_mtime_ns if facts.is_file() else 0)
+    parts = facts, own_styles.place()
+    return _read_checkpoint(path, *(part.stat().st_mtime_ns if part and part.exists() else 0 for part in parts))
 
 
 @functools.lru_cache(maxsize=4)
-def _read_checkpoint(path: Path, written: int) -> dict[str, Any]:
-    """Return a checkpoint's metadata, cached by its file's time ``written`` since the panel reads it at every redraw."""
+def _read_checkpoint(path: Path, written: int, own: int) -> dict[str, Any]:
+    """Return a checkpoint's metadata with the user's styles, cached by the times of its file and of their folder, since the
+    panel reads it at every redraw."""
     from ...core.model import checkpoint_metadata
 
     try:
@@ -173,8 +176,9 @@ TEMPERAMENTS = {
         "street preacher", "tour guide",
     ),
     "Reserved": ("deadpan", "nervous", "shy student", "skeptic", "stern", "technician", "tired"),
+    "Your Own": (),
 }
-"""Headings of the menu of the shipped styles, by what their descriptions say, and the styles below each."""
+"""Headings of the menu of the shipped styles, by what their descriptions say, and the styles below each; others come last."""
 
 
 def mood_label(affects: dict[str, float]) -> str:
@@ -207,16 +211,18 @@ def _second_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
 
 
 def _is_shipped(speakers: tuple[tuple[str, str], ...]) -> bool:
-    """Return whether all speakers have a temperament by which the menu can sort them."""
-    return {name for name, _ in speakers} == set().union(*TEMPERAMENTS.values())
+    """Return whether the speakers have temperaments by which the menu can sort them, but for the user's own."""
+    return {name for name, _ in speakers} >= set().union(*TEMPERAMENTS.values())
 
 
 def _ordered(speakers: tuple[tuple[str, str], ...], first: int) -> list[tuple]:
     """Return the items of speakers, numbered from ``first`` on, by temperament with headings, else by name."""
-    items = {name: (name, name.capitalize(), text, number) for number, (name, text) in enumerate(speakers, first)}
+    items = {name: (name, name[:1].upper() + name[1:], text, number) for number, (name, text) in enumerate(speakers, first)}
     if not _is_shipped(speakers):
         return [items[name] for name in sorted(items)]
-    return [one for label, names in TEMPERAMENTS.items() for one in [("", label, ""), *(items[name] for name in names)]]
+    own = tuple(sorted(set(items).difference(*TEMPERAMENTS.values())))
+    below = [(label, names or own) for label, names in TEMPERAMENTS.items() if names or own]
+    return [one for label, names in below for one in [("", label, ""), *(items[name] for name in names)]]
 
 
 def get_style(settings: Any) -> int:

@@ -1,11 +1,17 @@
-"""Operator that saves hand-made animation of a character, with its speech, as training data."""
+"""Operators that learn from hand-made animation: it is saved with its speech as training data, and becomes a style."""
 # pyright: reportInvalidTypeForm=false
+
+from collections.abc import Generator
+from typing import Any, cast
 
 import bpy
 
-from ..datablocks import Context
-from ..takes import drafts, learning, sources
-from ..translations import translate
+from ...core.errors import S2agError
+from ..datablocks import Context, current_context
+from ..engine import engine_state
+from ..takes import drafts, learning, menu_items, session, sources
+from ..takes.operator_base import ModalOperator
+from ..translations import translate, translate_error
 from .bases import NeedsCharacter, OperatorResult, require_character
 
 
@@ -36,4 +42,49 @@ class S2AG_OT_learn(NeedsCharacter, bpy.types.Operator):
         armature = require_character(context)
         drafts.drop(armature)  # a draft is no animation of the user's
         path = learning.save_take(armature, bpy.path.abspath(self.directory), **learning.speech_of(armature, context.scene))
+        if not bpy.app.background and context.window is not None:
+            cast(Any, bpy.ops).s2ag.own_style("INVOKE_DEFAULT", filepath=str(path))  # scripts decide that for themselves
         return translate("{name} is saved; train with: s2ag data plain", name=path.name)
+
+
+class S2AG_OT_own_style(ModalOperator, NeedsCharacter, bpy.types.Operator):
+    """Add a style of your own to the menu: one that was learned, or one to learn from a motion file of somebody who talks"""
+
+    bl_label = "Style from File"
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    filter_glob: bpy.props.StringProperty(default="*.json;*.npz;*.bvh", options={"HIDDEN"})
+
+    def slices(self, context: Context) -> Generator[float, None, str]:
+        settings = require_character(context).s2ag
+        weights = menu_items.speakers_and_controls(settings).get("hash", "")
+        return learning.style_in_slices(bpy.path.abspath(self.filepath), weights, engine_state.interpreter(context))
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        if self.filepath:
+            return super().invoke(context, event)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: Context) -> OperatorResult:
+        if not bpy.app.background and context.window is not None:
+            return cast(Any, bpy.ops).s2ag.own_style("INVOKE_DEFAULT", filepath=self.filepath)
+        from ...rigs.slices import run_to_end  # registering is to run nothing of rigs
+
+        try:
+            return self.finished(run_to_end(self.slices(context)))
+        except S2agError as error:
+            return self.failed(error)
+
+    def begun(self, context: Context) -> session.SlicedRun:
+        return session.SlicedRun(self.slices(context), translate("Learning a Style"))
+
+    def finished(self, outcome: str) -> OperatorResult:
+        require_character(current_context()).s2ag.style_pick = outcome
+        self.report({"INFO"}, translate("The style {name} is in the menu", name=outcome))
+        return {"FINISHED"}
+
+    def failed(self, error: S2agError) -> OperatorResult:
+        told = ("INFO", translate("Cancelled")) if error.kind == "Cancelled" else ("ERROR", translate_error(error))
+        self.report({told[0]}, told[1])
+        return {"CANCELLED"}

@@ -55,6 +55,7 @@ class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
         layout.operator("s2ag.insert_gesture", icon="VIEW_PAN")
         layout.operator("s2ag.save_gesture", icon="ASSET_MANAGER")
         layout.operator("s2ag.learn")
+        layout.operator("s2ag.own_style")
 
 
 class S2AG_MT_pie(LayoutMixin, bpy.types.Menu):

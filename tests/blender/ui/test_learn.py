@@ -6,14 +6,16 @@ import bpy
 import numpy as np
 import pytest
 from acted import drawn
+from s2ag.core import own_styles
 from s2ag.core.errors import UsageError
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.core.synthesis.request import Request
 from s2ag.core.synthesis.session import Session
+from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
-from s2ag.s2ag_blender.takes import learning
+from s2ag.s2ag_blender.takes import engine_requests, learning, menu_items
 from s2ag.s2ag_blender.ui import subpanels
 
 
@@ -85,6 +87,37 @@ def test_the_button_saves_what_the_panel_says(speaker, tmp_path):
     kept.audio = ""
     with pytest.raises(RuntimeError, match="Choose a recording"):
         bpy.ops.s2ag.learn(directory=str(tmp_path))
+
+
+def test_a_style_of_a_file_is_in_the_menu(speaker, tmp_path, monkeypatch):
+    """It is kept in the user's folder, chosen, performed, and still there when the file is opened again."""
+    monkeypatch.setenv("S2AG_DATA", str(tmp_path / "data"))
+    checkpoint = Session().checkpoint
+    more = {"format": own_styles.FORMAT, "name": "Ada", "weights": checkpoint.hash, "manner": {}, "seconds": 60}
+    point = {"point": checkpoint.network.speakers[0][3].tolist()}
+    own_styles.write({**checkpoint.speakers[3], **more, **point}, tmp_path / "given.json")
+    before = menu_items.style_items(speaker.s2ag, bpy.context)
+    bpy.ops.s2ag.own_style(filepath=str(tmp_path / "given.json"))
+    items = menu_items.style_items(speaker.s2ag, bpy.context)
+    assert [one[1] for one in items if one not in before][-2:] == ["Your Own", "Ada"]
+    assert speaker.s2ag.style == "Ada" and speaker.s2ag.style_pick == "Ada"
+    engine_requests.stop_engine()  # the next one knows the folder
+    bpy.ops.s2ag.generate()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "file.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "file.blend"))
+    (again,) = (one for one in bpy.data.objects if one.type == "ARMATURE")
+    assert again.s2ag.style_pick == "Ada" and provenance.read(again.animation_data.action)["style"] == {"Ada": 1.0}
+
+
+def test_what_no_style_can_be_learned_from_is_said(speaker, wave, tmp_path, monkeypatch):
+    monkeypatch.setenv("S2AG_DATA", str(tmp_path / "data"))
+    wave(60).save(tmp_path / "short.npz")
+    with pytest.raises(RuntimeError, match="4 seconds of motion are too short"):
+        bpy.ops.s2ag.own_style(filepath=str(tmp_path / "short.npz"))
+    (tmp_path / "odd.json").write_text("{}")
+    with pytest.raises(RuntimeError, match="no style of this version"):
+        bpy.ops.s2ag.own_style(filepath=str(tmp_path / "odd.json"))
+    assert not speaker.s2ag.style
 
 
 def test_a_take_is_read_as_a_performance(wave, tmp_path, examples):
