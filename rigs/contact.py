@@ -7,13 +7,23 @@ enough and elbows follow; hands keep their orientation. Other frames are unchang
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from ..core.motion import quaternion
 from .collision_spheres import ALONG, FOREARM, UPPER, HandSpheres
-from .head_ellipsoid import TurningHead
-from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, envelope, from_chest, rotation_in_frame, smooth
+from .proportions import (
+    SIDES,
+    ArmOrigin,
+    TrunkShape,
+    bent_arm,
+    chest_rotations,
+    envelope,
+    from_chest,
+    rotation_in_frame,
+    smooth,
+)
 from .proportions import to_trunk_frame as to_frame
 
 TOUCH = 0.01
@@ -36,6 +46,15 @@ _SPHERE_GAP = 0.25
 _COARSE_PLACES, _COARSE_RADIUS = (0.2, 0.6, 1.0), 0.36
 """Bounding spheres of a hand: their centres along the direction of the knuckles and their radius, in hand lengths."""
 
+class Body(Protocol):
+    """What hands stay out of, with the methods of :class:`head_ellipsoid.TurningHead`; ``whole``: forearms as well."""
+
+    whole: bool
+
+    def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: "Frames" = ...) -> np.ndarray: ...
+    def outward(self, points: np.ndarray, side: float) -> np.ndarray: ...
+
+
 Frames = slice | np.ndarray
 """Selects frames of an array: a slice, or row numbers."""
 _ALL = slice(None)
@@ -52,11 +71,12 @@ class PosedHand:
 
 def resolve_contacts(
     girth: TrunkShape, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
-    hands: dict[str, PosedHand], fps: float, strength: float = 1.0, heads: Sequence[TurningHead] = ()
+    hands: dict[str, PosedHand], fps: float, strength: float = 1.0, heads: Sequence["Body"] = (), surface: "Body | None" = None
 ) -> Generator[None, None, np.ndarray]:  # fmt: skip
     """Return ``directions`` (frames, 9, 3) in armature space with arms moved so that hands intersect nothing, in slices.
 
-    ``heads``: the head and the place before its face. ``torso``, ``clavicles`` and ``strength`` as for
+    ``heads``: the head and the place before its face; ``surface``: what forearms, too, stay above at last. ``torso``,
+    ``clavicles`` and ``strength`` as for
     :func:`proportions.clear_trunk`. Frames far from a contact stay equal to the bit; without one the same array is returned."""
     if strength <= 0 or not len(directions):
         return directions
@@ -68,6 +88,8 @@ def resolve_contacts(
         yield
     yield from _separate(left, right, fps)
     for arm in (left, right):
+        if surface is not None:
+            arm.move_out_of(surface, fps)
         moved = np.flatnonzero(np.abs(arm.shift).max(-1) > 0)
         if len(moved):
             directions = directions.copy()
@@ -78,6 +100,8 @@ def resolve_contacts(
 
 class _Trunk:
     """A trunk that bends, with the methods of :class:`head_ellipsoid.TurningHead`."""
+
+    whole = False
 
     def __init__(self, girth: TrunkShape, carry: np.ndarray):
         self.girth, self.carry = girth, carry
@@ -148,21 +172,23 @@ class _Arm:
         thick = [FOREARM[0] * self.size + 0.2 * self.fore] * 3 + [UPPER[0] * self.size + 0.2 * self.upper] * 2
         return np.stack([*hand, *fore, *upper], 1), np.array([*[_COARSE_RADIUS * self.size] * 3, *thick])
 
-    def near(self, body: _Trunk | TurningHead, frames: Frames = _ALL, offset: np.ndarray | float = 0.0) -> np.ndarray:
+    def near(self, body: Body, frames: Frames = _ALL, offset: np.ndarray | float = 0.0) -> np.ndarray:
         """Return whether (frames,) the hand, moved by ``offset`` (frames, 3), may intersect ``body``."""
         wrist = self._wrist(frames) + offset
         spheres = np.stack([wrist + place * self.knuckles[frames] for place in _COARSE_PLACES], 1)
         return (body.depth(spheres, _COARSE_RADIUS * self.size, frames) > 0).any(-1)
 
     def depth(
-        self, body: _Trunk | TurningHead, frames: np.ndarray, offset: np.ndarray | None = None, every: int = 1
+        self, body: Body, frames: np.ndarray, offset: np.ndarray | None = None, every: int = 1
     ) -> np.ndarray:
         """Return how deep (frames,) the hand, moved by ``offset`` (frames, 3), lies in ``body``; uses every n-th sphere."""
         outer = self.held.balls.outer[::every]
-        points = self.palm(frames)[:, outer] + (0.0 if offset is None else offset[:, None])
-        return body.depth(points, self.held.balls.radii[outer] - TOUCH * self.size, frames).max(-1)
+        if body.whole:
+            outer = np.append(outer, len(self.held.balls.radii) + np.arange(len(ALONG)))
+        points = (self.spheres if body.whole else self.palm)(frames)[:, outer] + (0.0 if offset is None else offset[:, None])
+        return body.depth(points, self.radii[outer] - TOUCH * self.size, frames).max(-1)
 
-    def move_out_of(self, body: _Trunk | TurningHead, fps: float) -> None:
+    def move_out_of(self, body: Body, fps: float) -> None:
         """Shift the wrist so that the hand leaves ``body``."""
         near = np.flatnonzero(self.near(body))
         if len(near):
@@ -186,14 +212,7 @@ class _Arm:
         """Return the directions (frames, 3) of upper arm and forearm that shift the wrist by ``strength`` of its correction."""
         shoulder = self.shoulder[frames]
         reach = self.wrist[frames] + strength * self.shift[frames] - shoulder
-        size = np.linalg.norm(reach, axis=-1, keepdims=True)
-        along = reach / np.maximum(size, 1e-9)
-        size = np.clip(size, 1.01 * abs(self.upper - self.fore), _STRETCH * (self.upper + self.fore))
-        elbow = self.elbow[frames] - shoulder
-        aside = elbow - along * np.sum(elbow * along, -1, keepdims=True)
-        cosine = (self.upper**2 + size**2 - self.fore**2) / (2 * self.upper * size)
-        upper = cosine * along + np.sqrt(np.maximum(1 - cosine**2, 0)) * _unit(aside)
-        return upper, _unit(size * along - self.upper * upper)
+        return bent_arm(reach, self.elbow[frames] - shoulder, self.upper, self.fore, _STRETCH)
 
     def _wrist(self, frames: Frames = _ALL) -> np.ndarray:
         return self.wrist[frames] + self.shift[frames]

@@ -12,7 +12,7 @@ import numpy as np
 from ..core.motion import quaternion, skeleton
 from ..core.motion.hands import Hands
 from ..core.motion.pelvis import Pelvis
-from . import arms, collision_spheres, contact, fingers, handshapes, head_ellipsoid, limits, palms, proportions, stance
+from . import arms, collision_spheres, contact, fingers, handshapes, head_ellipsoid, limits, palms, proportions, seat, stance
 from .legs import Legs
 from .proportions import SIDES
 from .relative_turns import NEUTRAL, head_turn, torso_turn
@@ -35,7 +35,8 @@ class Options:
     ``clear_body`` (0..1) moves arms out of a trunk that is broader than the performer's, and hands, where the motion has
     them, out of each other, the other arm, the trunk and the head. ``limits`` keeps clavicles and the twist of upper arms
     and forearms within a human range. ``forward_elbows`` prevents elbows from bending backwards. The first and the last
-    change edge directions, but only in frames with a violation."""
+    change edge directions, but only in frames with a violation. ``seated`` is OFF, AUTO (by the legs) or ON, and ``table`` the
+    height in metres of a table in the scene, 0 without one (:mod:`.seat`)."""
 
     torso: float = 1.0
     head: float = 1.0
@@ -48,6 +49,8 @@ class Options:
     clear_body: float = 1.0
     limits: bool = True
     forward_elbows: bool = False
+    seated: str = "AUTO"
+    table: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,14 +73,15 @@ class Goals:
     def __init__(
         self, bones: Bones, mapping: Mapping, directions: np.ndarray, fps: float = skeleton.FPS, options: Options | None = None,
         *, girth: proportions.TrunkShape | None = None, free: Collection[str] | None = None, frame: np.ndarray | None = None,
-        hands: Hands | None = None, pelvis: Pelvis | None = None, legs: Legs | None = None, clear: bool = True
+        hands: Hands | None = None, pelvis: Pelvis | None = None, legs: Legs | None = None, clear: bool = True,
+        seated: seat.Seat | None = None
     ):  # fmt: skip
         """Set up targets for ``directions`` (frames, 9, 3) in the canonical frame.
 
         ``girth`` is the trunk's shape (estimated from the bones if None), ``free`` the twist bones, hands and fingers that
         may be rotated (all if None). ``frame`` is the character's, if ``bones`` are not in the pose from which it is read.
-        The ``pelvis`` moves only if there are ``legs``; the feet stay. With ``clear`` False, call :meth:`clearing` before
-        any other method. Raises :class:`RigUnusable` for an unusable mapping."""
+        The ``pelvis`` moves only if there are ``legs``; the feet stay. ``seated`` is where hands lie. With ``clear`` False,
+        call :meth:`clearing` before any other method. Raises :class:`RigUnusable` for an unusable mapping."""
         self.bones, self.mapping, self.fps, self.options = bones, mapping.check(bones), fps, options or Options()
         self.free = None if free is None else frozenset(free)
         self._palms: dict[str, np.ndarray] = {}
@@ -93,7 +97,8 @@ class Goals:
             for place, (name, share) in enumerate(zip(chain, turn_shares(bones, mapping, part), strict=True))
             if name not in mapping.held
         }
-        self.hands = hands
+        self._seat = seated
+        self.hands = seat.relaxed_hands(directions) if hands is None and seated is not None else hands
         self.stood = None
         if pelvis is not None and legs is not None:  # without a spine to compensate, the turn would rotate arms and head, too
             pelvis = pelvis if mapping.chains.get("torso") else replace(pelvis, turn=np.zeros_like(pelvis.turn))
@@ -236,7 +241,15 @@ class Goals:
         girth = proportions.guess_trunk(self.bones, self.mapping) if self._girth is None else self._girth
         placed = proportions.ArmOrigin(self.bones, self.mapping)
         clavicles = {side: done[f"{side}_clavicle"] for side in SIDES}
-        torso, strength = done["torso"], self.options.clear_body
+        torso, strength, surface = done["torso"], self.options.clear_body, None
+        if self._seat is not None and self.hands is not None:
+            rows = [self.bones.row(name) for name in chains.get("torso", ())]
+            spine = (self.bones.heads[rows] - placed.origin) @ placed.frame.T
+            shares = turn_shares(self.bones, self.mapping, "torso") if rows else ()
+            surface = seat.Surface(self._seat, placed, spine, np.array(shares), torso)
+            self.directions, self.hands = surface.lay(placed, self.directions, clavicles, self.hands)
+            girth = girth.above(1.15 * placed.low)
+            yield
         self.directions = proportions.clear_trunk(girth, placed, self.directions, torso, clavicles, self.fps, strength)
         if self.hands is not None:
             yield
@@ -249,7 +262,7 @@ class Goals:
                 kinds = head_ellipsoid.TurningHead, head_ellipsoid.Sight
                 heads = [kind(girth.skull, placed.frame, done["neck"], done["head"]) for kind in kinds]
             self.directions = yield from contact.resolve_contacts(
-                girth, placed, self.directions, torso, clavicles, hands, self.fps, strength, heads
+                girth, placed, self.directions, torso, clavicles, hands, self.fps, strength, heads, surface
             )
 
     def _bring_elbows_forward(self) -> None:

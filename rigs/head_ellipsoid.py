@@ -43,6 +43,7 @@ def fit_head(bones: Bones, mapping: Mapping, points: np.ndarray) -> HeadEllipsoi
 class TurningHead:
     """A turning head: ``neck`` and ``head`` (frames, 4) are rotations in armature space, relative to the chest."""
 
+    whole = False
     bias = np.array([0.3, -0.4, 0.0])
     """Added to the way out, so that it is outwards and ahead: aside to the arm's side, back and up."""
 

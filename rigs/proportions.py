@@ -3,7 +3,7 @@
 The trunk is a stack of ellipses by height, estimated from the bones or measured from points of its surface. Upper arms are
 swung outwards until the elbow is free, then forearms until wrist and hand are; frames without a collision are unchanged."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,13 +36,15 @@ class TrunkShape:
 
     ``heights`` (k,) increasing; ``middles`` (k, 2) of the ellipses as left and back; ``halves`` (k, 2) their half-axes.
     ``waist`` (negative) is the height above which the trunk bends with the chest. ``skull`` is a
-    :class:`.head_ellipsoid.HeadEllipsoid` or None. Its type is not declared, because that module imports this one."""
+    :class:`.head_ellipsoid.HeadEllipsoid` or None. Its type is not declared, because that module imports this one. ``points``
+    (n, 3) are what it was measured from, in armature space, if it was."""
 
     heights: np.ndarray
     middles: np.ndarray
     halves: np.ndarray
     waist: float
     skull: object = None
+    points: np.ndarray | None = None
 
     def depth(self, points: np.ndarray, radius: np.ndarray | float) -> np.ndarray:
         """Return how deep ``(...)`` spheres of ``radius`` at ``points`` ``(..., 3)`` lie in the trunk; negative outside.
@@ -63,6 +65,11 @@ class TrunkShape:
         way = (points[..., :2] - middle) / half**2 + np.array([0.35 * side, -0.5]) / half.min(-1, keepdims=True)
         way = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
         return np.concatenate([way, np.zeros_like(way[..., :1])], -1)
+
+    def above(self, height: float) -> "TrunkShape":
+        """Return the trunk without what is below ``height`` (negative)."""
+        kept = np.flatnonzero(self.heights >= min(height, self.heights[-2]))
+        return replace(self, heights=self.heights[kept], middles=self.middles[kept], halves=self.halves[kept])
 
     def _at(self, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return middles and half-axes ``(..., 2)`` of the ellipses at ``height`` ``(...)``."""
@@ -101,7 +108,7 @@ def measure_trunk(bones: Bones, mapping: Mapping, points: np.ndarray) -> TrunkSh
         return estimate
     rows = heights[list(ellipses)]
     columns = np.stack([np.interp(heights, rows, column) for column in zip(*ellipses.values(), strict=True)], -1)
-    return TrunkShape(heights, columns[:, :2], np.maximum(columns[:, 2:], 1e-6), estimate.waist)
+    return TrunkShape(heights, columns[:, :2], np.maximum(columns[:, 2:], 1e-6), estimate.waist, points=points)
 
 
 class ArmOrigin:
@@ -301,6 +308,20 @@ def _rotate_towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np
 def _angles_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the angles (frames,) between unit vectors."""
     return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
+
+
+def bent_arm(reach: np.ndarray, elbow: np.ndarray, upper: float, fore: float, most: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the directions (frames, 3) of upper arm and forearm whose wrist is ``reach`` (frames, 3) from the shoulder, as far
+    as ``most`` of their lengths allow, bent to the side of ``elbow`` (frames, 3)."""
+    size = np.linalg.norm(reach, axis=-1, keepdims=True)
+    along = reach / np.maximum(size, 1e-9)
+    size = np.clip(size, 1.01 * abs(upper - fore), most * (upper + fore))
+    aside = elbow - along * np.sum(elbow * along, -1, keepdims=True)
+    cosine = (upper**2 + size**2 - fore**2) / (2 * upper * size)
+    aside = aside / np.maximum(np.linalg.norm(aside, axis=-1, keepdims=True), 1e-9)
+    first = cosine * along + np.sqrt(np.maximum(1 - cosine**2, 0)) * aside
+    second = size * along - upper * first
+    return first, second / np.maximum(np.linalg.norm(second, axis=-1, keepdims=True), 1e-9)
 
 
 def envelope(need: np.ndarray, reach: int) -> np.ndarray:

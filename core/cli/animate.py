@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sound", metavar="FILE", type=Path, help=heard)
     parser.add_argument("--character", metavar="WHO", default="human", help=f"{character_options.WHO} (default human)")
     character_options.add_options(parser)
+    sits = "whether the character sits: auto (by its legs, default), off, on, or on at a table of this HEIGHT in metres"
+    parser.add_argument("--seated", metavar="HEIGHT", type=_seated, nargs="?", const="on", default="auto", help=sits)
     parser.add_argument("--start-frame", metavar="N", type=int, default=1, help="frame of the first key (default 1)")
     parser.add_argument("--fps", metavar="N", type=_rate, help="frames a second (default 24, or as in a .blend or .fbx)")
     drawn = "renderer (default workbench, or the one set in a .blend)"
@@ -80,12 +83,19 @@ def _job(options: argparse.Namespace, who: str, motion: Path, paths: list[Path])
         "armature": options.armature,
         "map": str(options.map.absolute()) if options.map else None,
         "face_map": str(options.face_map.absolute()) if options.face_map else None,
+        "seated": options.seated,
         "start_frame": options.start_frame,
         "fps": options.fps,
         "outputs": [str(path.absolute()) for path in paths],
         "engine": options.engine or (None if Path(who).suffix.lower() == ".blend" else "workbench"),
         "resolution": options.resolution,
     }
+
+
+def _seated(text: str) -> str:
+    if text not in ("auto", "off", "on") and not re.fullmatch(r"0*[0-9]{1,3}(\.[0-9]+)?", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not auto, off, on or a height in metres, as in 0.74")
+    return text
 
 
 def _rate(text: str) -> float:

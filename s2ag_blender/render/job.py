@@ -28,8 +28,8 @@ RENDERED = (".mp4", ".png", ".exr")
 class Performer:
     """A character with its ``motions`` (``.npz`` paths; the last one becomes active) and ``audio`` or None.
 
-    They begin ``delay`` seconds into the scene. ``map`` and ``face_map`` are paths or None, ``outputs`` are files of this
-    character alone (.bvh, .fbx, .glb, .usd)."""
+    They begin ``delay`` seconds into the scene; ``seated`` is auto, off, on or a table's height in metres. ``map`` and
+    ``face_map`` are paths or None, ``outputs`` are files of this character alone (.bvh, .fbx, .glb, .usd)."""
 
     motions: tuple[str, ...]
     audio: str | None = None
@@ -39,6 +39,7 @@ class Performer:
     map: str | None = None
     face_map: str | None = None
     delay: float = 0.0
+    seated: str = "auto"
     outputs: tuple[str, ...] = ()
 
 
@@ -117,7 +118,7 @@ def perform(job: Job, voice: program.EventWriter) -> dict:
         spans, sounds = [], []
         for one, character, played in zip(job.performers, characters, motions, strict=True):
             start = job.start_frame + round(one.delay * scene.render.fps / scene.render.fps_base)
-            spans.append(_key_motions(scene, character, played, start, warnings))
+            spans.append(_key_motions(scene, character, played, start, one.seated, warnings))
             sounds += [add_sound(scene, one.audio, start).sound] if one.audio else []
         span = job.start_frame, max(end for _, end in spans)
     with voice.stage("stage"):
@@ -161,13 +162,16 @@ def expressive_frame(motion: Motion) -> int:
 
 
 def _key_motions(
-    scene: bpy.types.Scene, character: Character, motions: Sequence[Motion], start: int, warnings: list[str]
+    scene: bpy.types.Scene, character: Character, motions: Sequence[Motion], start: int, seated: str, warnings: list[str]
 ) -> tuple[int, int]:
     """Key each motion in its own action, the last one active; return its first and last frame."""
+    from ...rigs.goals import Options
     from ..keys.apply import apply_motion
 
+    options = Options(seated=seated.upper()) if seated in ("auto", "off", "on") else Options(seated="ON", table=float(seated))
+    about = {"scene": scene, "mapping": character.mapping, "options": options, "report": warnings.append}
     for motion in motions:
-        apply_motion(character.armature, motion, start, scene=scene, mapping=character.mapping, report=warnings.append)
+        apply_motion(character.armature, motion, start, **about)
     fps = scene.render.fps / scene.render.fps_base
     return start, start + max(int(np.ceil((len(motions[-1].directions) - 1) * fps / motions[-1].fps - 1e-6)), 1)
 

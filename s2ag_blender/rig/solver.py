@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.motion import quaternion
 from ...core.motion.skeleton import EDGE_NAMES
-from ...rigs import retarget
+from ...rigs import retarget, seat
 from ...rigs.goals import Goals, Options
 from ...rigs.proportions import TrunkShape
 from ...rigs.skeleton import ARMS, Bones, Mapping, character_frame
@@ -42,16 +42,18 @@ def solve_in_slices(
     """Solve the rotations of the mapped bones at ``keys``, by the solver that the rig needs; a generator that works in slices.
 
     For a plain rig only the first slice reads from Blender. ``motion`` and ``keys`` are the same motion, at its own frames
-    and at those to be keyed; hands and arms stay out of the ``trunk`` (estimated, if None). Sentences about bones that cannot
-    reach their goals go to ``tell``. Nothing in the file changes. Raises :class:`RigUnusable` for an unusable mapping."""
+    and at those to be keyed; hands and arms stay out of the ``trunk`` (estimated, if None), and rest on the thighs
+    of who sits. Sentences about bones that cannot reach their goals go to ``tell``. Nothing in the file changes. Raises
+    :class:`RigUnusable` for an unusable mapping."""
     values = switches(armature, mapping, tell)
     why = why_not_plain(armature, bones, mapping, values)
-    moving, resting = motion.hands is not None, hands.free_bones(armature)
+    seated = find_seat(armature, bones, mapping, options or Options(), trunk)
+    moving, resting = motion.hands is not None or seated is not None, hands.free_bones(armature)
     free = hands.free_bones(armature, posed=True) if moving else resting
 
     frame = character_frame(bones, mapping.check(bones))
     legs, places, obstacle = None, {}, ""
-    if keys.pelvis is not None:
+    if keys.pelvis is not None and seated is None:
         legs, obstacle = (None, _FEET_SLIP) if why else weight_shift.find_legs(armature, bones, mapping, frame[2], resting)
         if legs is None and (why or dependencies.ik_constraints(armature)):
             places = weight_shift.hip_locations(armature, bones, mapping, frame, keys.pelvis, scene=scene, values=values)
@@ -60,6 +62,7 @@ def solve_in_slices(
 
     def ask(rest: Bones, take: Take, **about: Any) -> Goals:
         about |= {"girth": trunk, "free": free, "frame": frame, "hands": take.hands, "pelvis": take.pelvis, "legs": legs}
+        about["seated"] = seated
         return Goals(rest, mapping, take.directions, take.fps, options, **about)
 
     yield
@@ -81,6 +84,17 @@ def solve_in_slices(
     if goals.stood is None:
         return Solution(rotations, values, why, places, tuple(places))
     return Solution(rotations, values, why, goals.stood.places, tuple(bones.names[row] for row in goals.stood.turned))
+
+
+def find_seat(
+    armature: ArmatureObject, bones: Bones, mapping: Mapping, options: Options, trunk: TrunkShape | None
+) -> seat.Seat | None:
+    """Return the seat of a character by its pose of the current frame (:func:`seat.find`), or None if it does not sit."""
+    posed = np.array([armature.pose.bones[name].matrix for name in bones.names], float)
+    above = np.array(armature.matrix_world[2])
+    size = float(np.linalg.norm(above[:3]))
+    table = (options.table - above[3]) / size if options.table > 0 else None
+    return seat.find(bones, mapping, posed, above[:3] / size, options.seated, table, trunk)
 
 
 def switches(armature: ArmatureObject, mapping: Mapping, tell: Callable[[str], None]) -> dict[str, float]:

@@ -49,6 +49,8 @@ def options(settings: Any) -> Options:
         head=settings.head_strength if "HEAD" in settings.parts else 0.0,
         clavicle=settings.clavicle_strength if "CLAVICLES" in settings.parts else 0.0,
         palms=settings.palms,
+        seated=settings.seated,
+        table=settings.table,
     )
 
 

@@ -197,6 +197,11 @@ class S2AG_PT_body(_SubPanel, bpy.types.Panel):
             row.active = part in settings.parts
             row.prop(settings, name, slider=True)
         column.prop(settings, "palms", slider=True)
+        column = layout.column(align=True)
+        column.prop(settings, "seated")
+        table = column.row()
+        table.active = settings.seated != "OFF"
+        table.prop(settings, "table")
         if not {"TORSO", "HEAD", "CLAVICLES"} <= set(settings.parts):
             layout.label(text="Grayed parts are not keyed", icon="INFO")
 

@@ -1,0 +1,77 @@
+"""A seated character's hands come home to thighs or table, and nothing of an arm is in either; legs stay to the bit."""
+
+import bpy
+import found_rigs
+import numpy as np
+import people
+import pytest
+from bodies import performance
+from s2ag.core.motion.motion import Motion
+from s2ag.core.synthesis.idling import idle
+from s2ag.rigs.goals import Options
+from s2ag.s2ag_blender import compat
+from s2ag.s2ag_blender.characters import mannequin
+from s2ag.s2ag_blender.keys.apply import apply_motion
+from s2ag.s2ag_blender.rig import body_shape, solver
+from sitting import Sitter
+
+WHO = {"mannequin": lambda shared: mannequin.build().armature, "human": lambda shared: people.armature("mixamo")}
+WHO["rocketbox"] = lambda shared: found_rigs.rocketbox(shared, "Male_Adult_01")
+SECONDS = 6
+
+
+def low_hands():
+    """Somebody who waits, whose weight shifts, and somebody who waves about, without hands of their own."""
+    return idle(SECONDS, seed=3), Motion(performance(15 * SECONDS, size=0.3), fps=15.0)
+
+
+def seat(sitter, **about):
+    trunk = body_shape.read_trunk(sitter.item, sitter.bones, sitter.mapping)
+    return solver.find_seat(sitter.item, sitter.bones, sitter.mapping, Options(**about), trunk)
+
+
+def keyed(item, motion, **about):
+    bpy.context.scene.render.fps = 15
+    return apply_motion(item, motion, 1, options=Options(**about))
+
+
+@pytest.mark.parametrize("who", WHO)
+@pytest.mark.parametrize("table", [0.0, 0.2])
+def test_hands_come_home_and_stay_out_of_thighs_and_table(shared, who, table):
+    sitter = Sitter(WHO[who](shared))
+    hips, before = sitter.hips(), sitter.posed()
+    high = float(hips[2] + table) if table else 0.0
+    there = seat(sitter, table=high)
+    edge = (there.edge + there.joints[:, 0, 1].mean()) * sitter.item.matrix_world.to_scale()[1]
+    for motion in low_hands():
+        action = keyed(sitter.item, motion, table=high)
+        legs = {f'"{sitter.bones.names[row]}"' for row in sitter.legs.rows()}
+        assert not [curve for curve in compat.curves(action) if any(name in curve.data_path for name in legs)]
+        lowest = []
+        for frame in range(1, 15 * SECONDS, 11):
+            deep, hands = sitter.depth(frame)
+            assert deep < 0.01, f"{1000 * deep:.0f} mm at frame {frame}"
+            assert np.array_equal(sitter.posed(), before)
+            lowest.append(hands[:, 2].min() - hips[2])
+            over = hands[hips[1] - hands[:, 1] > edge, 2] if table else ()
+            assert not len(over) or over.min() > high - 0.01, f"{over.min() - high:.3f} m at frame {frame}"
+        if motion.pelvis is not None:  # who waits has the hands on thighs or table
+            assert np.median(lowest) < table + 0.16
+
+
+def test_who_stands_or_is_told_to_stand_lets_the_hands_hang(shared):
+    motion, item = low_hands()[0], mannequin.build().armature
+    keyed(item, motion)
+    standing = item.animation_data.action
+    sitter = Sitter(item)
+
+    assert seat(sitter) and seat(sitter, table=0.9).table is not None and seat(sitter, seated="OFF") is None
+    for leg in sitter.legs.pair:
+        sitter.turn(leg.thigh, sitter.left, 60.0)
+    assert seat(sitter) is None and seat(sitter, seated="ON")
+    upright = [bone for bone in item.pose.bones if bone.name in {sitter.bones.names[row] for row in sitter.legs.rows()}]
+    for bone in upright:
+        bone.matrix_basis.identity()
+    again = keyed(item, motion, seated="OFF")
+    curves = {(curve.data_path, curve.array_index): curve.evaluate(20) for curve in compat.curves(standing)}
+    assert curves == {(curve.data_path, curve.array_index): curve.evaluate(20) for curve in compat.curves(again)}
