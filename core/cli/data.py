@@ -10,6 +10,7 @@ from .progress import Progress, note
 SUMMARY = "convert a data set of speech and motion"
 EXAMPLE = """examples:
   s2ag data plain my_takes --speaker me -o mine          NAME.bvh, NAME.wav and NAME.txt
+  s2ag data films talks -o talks-data                    a folder a speaker; see docs/capture.md
   s2ag data trinity genea2020 -o trinity
   s2ag data genea genea2023_dataset -o genea23
   s2ag data ted ted_dataset --split talk -o ted          lmdb_train, lmdb_val and lmdb_test as they are published
@@ -17,6 +18,7 @@ EXAMPLE = """examples:
   s2ag data directed corpus --speech corpus/speech -o data"""
 KINDS = {
     "plain": "motion (.bvh, SMPL-X .npz), sound and words under the same name",
+    "films": "films of talks, captured as by s2ag capture into OUT-takes; a stopped run goes on",
     "trinity": "GENEA Challenge 2020 / Trinity",
     "genea": "GENEA Challenge 2022 or 2023 (trn, val, tst)",
     "zeroeggs": "ZeroEGGS",
@@ -52,6 +54,7 @@ def run(options: argparse.Namespace) -> int:
     if options.kind not in KINDS:
         raise UsageError(f"There is no kind of data set {options.kind!r}.", f"Kinds are {', '.join(KINDS)}.")
     set_passive_waiting()
+    from ..learning.capture import estimator, films
     from ..learning.datasets import directed, readers, ted, writer
     from ..learning.datasets.body_model import model_offsets
     from ..learning.train.storage import FPS_RANGE
@@ -62,6 +65,8 @@ def run(options: argparse.Namespace) -> int:
     if not FPS_RANGE[0] <= fps <= FPS_RANGE[1]:
         raise UsageError(f"{fps:g} frames a second are out of range.", f"Give {FPS_RANGE[0]:g} to {FPS_RANGE[1]:g}.")
     left_out: list[str] = []
+    if options.kind == "films":
+        estimator.python()  # raises errors now
     with Progress() as progress:
         if options.kind == "directed":
             if options.speech is None:
@@ -75,7 +80,12 @@ def run(options: argparse.Namespace) -> int:
             source = ted.recordings(options.folder, options.split, left_out.append, fps)
         else:
             speaker = {"speaker": options.speaker} if options.kind == "plain" else {}
-            takes = readers.READERS[options.kind](options.folder, tell=left_out.append, **speaker)
+            if options.kind == "films":
+                folder = options.output.with_name(f"{options.output.name}-takes")
+                left_out += films.collect(options.folder, folder, lambda value: progress("capture films", value))
+                takes = films.listed(folder)
+            else:
+                takes = readers.READERS[options.kind](options.folder, tell=left_out.append, **speaker)
             body = smplx.OFFSETS if options.body is None else model_offsets(options.body)
             done = iter(range(1, len(takes) + 1))
             source = readers.recordings(
