@@ -15,30 +15,26 @@ FORMAT, SUFFIX = "s2ag style 1", ".json"
 _REMEDY = "Name a file that s2ag learn has written."
 
 
-def folder() -> Path:
-    """Return the user's folder of styles; raises ``RuntimeError`` where there is no home."""
-    return user_folders.data() / "styles"
-
-
-def place() -> Path | None:
-    """Return :func:`folder`, None where there is no home."""
+def folder() -> Path | None:
+    """Return the user's folder of styles, None where there is no home."""
     try:
-        return folder()
+        return user_folders.data() / "styles"
     except RuntimeError:
         return None
 
 
 def path_of(name: str) -> Path:
     """Return the file of a style in the user's folder. Raises :class:`UnknownStyle` for what cannot be a name."""
-    if not name.strip() or set(name) & set("+:>") or name.lower().endswith(SUFFIX):
+    own = folder()
+    if own is None or not name.strip() or set(name) & set("+:>") or name.lower().endswith(SUFFIX):
         raise UnknownStyle(f"{name!r} cannot be the name of a style.", "Leave out +, : and >, and give it letters.")
     stem = re.sub(r"[^\w-]+", "_", name.strip()).lower()
-    return folder() / f"{stem}{SUFFIX}"
+    return own / f"{stem}{SUFFIX}"
 
 
 def listed() -> list[dict]:
     """Return the styles in the user's folder, by name; files that are none are left out."""
-    own, found = place(), []
+    own, found = folder(), []
     try:
         paths = sorted(own.glob("*" + SUFFIX)) if own else []
     except OSError:
@@ -67,7 +63,7 @@ def read(path: str | PathLike) -> dict[str, Any]:
 
 def write(style: dict, path: Path) -> None:
     """Write a style, atomically; the user's folder is made if it is missing."""
-    if path.parent == place():
+    if path.parent == folder():
         path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(style, indent=1), "utf-8")

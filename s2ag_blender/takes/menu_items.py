@@ -43,7 +43,7 @@ def speakers_and_controls(settings: Any = None) -> dict[str, Any]:
     checkpoint = checkpoint_of(settings) if settings is not None else ""
     path = checkpoint_metadata.locate(bpy.path.abspath(checkpoint))
     facts = checkpoint_metadata.metadata_path(path)
-    parts = facts, own_styles.place()
+    parts = facts, own_styles.folder()
     return _read_checkpoint(path, *(part.stat().st_mtime_ns if part and part.exists() else 0 for part in parts))
 
 
