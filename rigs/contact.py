@@ -12,18 +12,9 @@ from typing import Protocol
 import numpy as np
 
 from ..core.motion import quaternion
+from . import proportions
 from .collision_spheres import ALONG, FOREARM, UPPER, HandSpheres
-from .proportions import (
-    SIDES,
-    ArmOrigin,
-    TrunkShape,
-    bent_arm,
-    chest_rotations,
-    envelope,
-    from_chest,
-    rotation_in_frame,
-    smooth,
-)
+from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, envelope, from_chest, rotation_in_frame, smooth
 from .proportions import to_trunk_frame as to_frame
 
 TOUCH = 0.01
@@ -45,6 +36,7 @@ _SPHERE_GAP = 0.25
 """Distance of an outer sphere of a hand from the third after it, at most, in hand lengths."""
 _COARSE_PLACES, _COARSE_RADIUS = (0.2, 0.6, 1.0), 0.36
 """Bounding spheres of a hand: their centres along the direction of the knuckles and their radius, in hand lengths."""
+
 
 class Body(Protocol):
     """What hands stay out of, with the methods of :class:`head_ellipsoid.TurningHead`; ``whole``: forearms as well."""
@@ -212,7 +204,7 @@ class _Arm:
         """Return the directions (frames, 3) of upper arm and forearm that shift the wrist by ``strength`` of its correction."""
         shoulder = self.shoulder[frames]
         reach = self.wrist[frames] + strength * self.shift[frames] - shoulder
-        return bent_arm(reach, self.elbow[frames] - shoulder, self.upper, self.fore, _STRETCH)
+        return proportions.bent_arm(reach, self.elbow[frames] - shoulder, self.upper, self.fore, _STRETCH)
 
     def _wrist(self, frames: Frames = _ALL) -> np.ndarray:
         return self.wrist[frames] + self.shift[frames]

@@ -7,7 +7,6 @@ import numpy as np
 
 from ..motion import limits, skeleton
 from ..motion.motion import Motion
-from ..synthesis import strokes
 from . import frame_ranges, regeneration
 from .stroke_core import ARMS
 
@@ -43,12 +42,6 @@ def ease_joins(
         if excess < least - 1e-3:
             best, least = tried, excess
     return best, least
-
-
-def slow_transitions(before: Motion, edited: Motion, places: Sequence[frame_ranges.FrameRange], kept: np.ndarray) -> Motion:
-    """Slow down the arms of an edited take in ``places`` below the speed of a stroke, as far as the spans allow."""
-    change = regeneration.peak_motion(before.directions)[1]
-    return _ease(edited, places, kept, [_TARGET_SHARE * strokes.SPEED / skeleton.FPS, _TARGET_SHARE * change])
 
 
 def _ease(edited: Motion, places: Sequence[frame_ranges.FrameRange], kept: np.ndarray, top: Sequence[float]) -> Motion:

@@ -1,7 +1,9 @@
 """Applies the hints of a transcript: stress, pauses, gestures, size, side, rest, style."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -18,17 +20,7 @@ class Hint(NamedTuple):
     meaning: str
 
 
-HINTS = {
-    "me": Hint("me", "me"), "you": Hint("you", "you"), "we": Hint("we", "we"), "us": Hint("we", "we"),
-    "not": Hint("not", "not"), "no": Hint("not", "not"), "all": Hint("everything", "all"),
-    "every": Hint("everything", "all"), "question": Hint("what", "question"), "stop": Hint("stop", "stop"),
-    "wait": Hint("wait", "stop"), "here": Hint("here", "here"), "there": Hint("there", "there"),
-    "point": Hint("there", "there"), "think": Hint("think", "think"), "maybe": Hint("maybe", "maybe"),
-    "please": Hint("please", "please"), "offer": Hint("give", "offer"), "give": Hint("give", "offer"),
-    "take": Hint("get", "receive"), "list": Hint("first", "list"), "one": Hint("one", "count"), "two": Hint("two", "count"),
-    "three": Hint("three", "count"), "thing": Hint("thing", "thing"), "example": Hint("example", "example"),
-    "but": Hint("but", "however"), "huge": Hint("huge", "big"), "wide": Hint("huge", "big"), "never": Hint("never", "not"),
-}  # fmt: skip
+HINTS = {name: Hint(*one) for name, one in json.loads(Path(__file__).with_suffix(".json").read_text("utf-8")).items()}
 """Hints that request a gesture."""
 SIZES = {"big": 1.6, "bigger": 1.6, "large": 1.6, "small": 0.55, "smaller": 0.55, "calm": 0.55}
 REST = ("none", "rest", "still")

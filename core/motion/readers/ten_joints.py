@@ -4,9 +4,11 @@ The canonical pose is frontal, as in TED: the rotation of the hips (or shoulders
 frame. A skeleton's head joint stands where head and neck meet, and it has no joints for TED's nose and crown. Both are placed
 by the rotations of neck and head, so that a head at rest has the directions of TED's mean (reference sections B.1 and D.5)."""
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -19,22 +21,8 @@ FARTHEST = 1e6
 _NOSE, _CROWN = skeleton.canonical_to_y_up(skeleton.MEAN_UNIT)[[1, 2]] * [[0, 1, 1]]
 """Directions from neck to nose and from nose to crown at rest: TED's mean without its small lean to a side."""
 
-_NAMES = {
-    "hips": ("hips", "pelvis", "broot", "root", "bodyworld", "bip01pelvis"),
-    "spine": ("spine1", "spine", "spine01", "bip01spine1", "bspine1"),
-    "chest": ("spine3", "spine2", "chest", "upperchest", "spine03", "bspine3"),
-    "neck": ("neck", "neck1", "neck01", "bip01neck", "bneck0"),
-    "neck_end": ("neck1", "neck2"),
-    "head": ("head", "bip01head", "bhead"),
-    "left_shoulder": ("leftarm", "leftupperarm", "upperarml", "lupperarm", "bip01lupperarm", "blarm"),
-    "left_elbow": ("leftforearm", "leftlowerarm", "lowerarml", "leftelbow", "lforearm", "bip01lforearm", "blforearm"),
-    "left_wrist": ("lefthand", "handl", "leftwrist", "lhand", "bip01lhand", "blwrist"),
-    "right_shoulder": ("rightarm", "rightupperarm", "upperarmr", "rupperarm", "bip01rupperarm", "brarm"),
-    "right_elbow": ("rightforearm", "rightlowerarm", "lowerarmr", "rightelbow", "rforearm", "bip01rforearm", "brforearm"),
-    "right_wrist": ("righthand", "handr", "rightwrist", "rhand", "bip01rhand", "brwrist"),
-    "left_hip": ("leftupleg", "leftupperleg", "thighl", "lefthip", "leftleg", "bip01lthigh", "blupleg"),
-    "right_hip": ("rightupleg", "rightupperleg", "thighr", "righthip", "rightleg", "bip01rthigh", "brupleg"),
-}
+_NAMES = json.loads(Path(__file__).with_name("joint_names.json").read_text("utf-8"))
+"""Names of joints in lower-case letters and digits, by role; the first that a skeleton has counts."""
 _NEEDED = ("hips", "neck", "head", *(f"{side}_{part}" for side in ("left", "right") for part in ("shoulder", "elbow", "wrist")))
 PAPER = (
     "hips",

@@ -1,26 +1,12 @@
 """Guesses the pronunciation of words that are in no dictionary: letter rules to CMU phones."""
 
+import json
 import unicodedata
+from pathlib import Path
 
-_LETTERS = {
-    "tious": "SH AH S", "cious": "SH AH S", "ought": "AO T", "aught": "AO T",
-    "tion": "SH AH N", "sion": "ZH AH N", "ture": "CH ER", "eigh": "EY", "ough": "OW",
-    "igh": "AY", "tch": "CH", "dge": "JH", "sch": "SH", "air": "EH R", "ear": "IH R", "eer": "IH R", "our": "AW ER",
-    "ing": "IH NG", "oor": "AO R", "eau": "OW", "ous": "AH S",
-    "ch": "CH", "sh": "SH", "th": "TH", "ph": "F", "gh": "G", "wh": "W", "wr": "R", "kn": "N", "ck": "K", "ng": "NG",
-    "qu": "K W", "ee": "IY", "ea": "IY", "ie": "IY", "ei": "EY", "ai": "EY", "ay": "EY", "ey": "IY", "oa": "OW", "oe": "OW",
-    "oo": "UW", "ou": "AW", "ow": "OW", "oi": "OY", "oy": "OY", "au": "AO", "aw": "AO", "eu": "Y UW", "ew": "Y UW", "ue": "UW",
-    "ar": "AA R", "er": "ER", "ir": "ER", "or": "AO R", "ur": "ER", "ce": "S", "ci": "S IH", "cy": "S IY", "ge": "JH",
-    "a": "AE", "b": "B", "c": "K", "d": "D", "e": "EH", "f": "F", "g": "G", "h": "HH", "i": "IH", "j": "JH", "k": "K", "l": "L",
-    "m": "M", "n": "N", "o": "AA", "p": "P", "q": "K", "r": "R", "s": "S", "t": "T", "u": "AH", "v": "V", "w": "W", "x": "K S",
-    "y": "IY", "z": "Z",
-}  # fmt: skip
-_NAMES = {
-    "a": "EY", "e": "IY", "i": "AY", "o": "OW", "u": "Y UW", "y": "W AY",
-    "b": "B IY", "c": "S IY", "d": "D IY", "f": "EH F", "g": "JH IY", "h": "EY CH", "j": "JH EY", "k": "K EY", "l": "EH L",
-    "m": "EH M", "n": "EH N", "p": "P IY", "q": "K Y UW", "r": "AA R", "s": "EH S", "t": "T IY", "v": "V IY",
-    "w": "D AH B AH L Y UW", "x": "EH K S", "z": "Z IY",
-}  # fmt: skip
+_ENGLISH = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
+_LETTERS, _NAMES = _ENGLISH["rules"], _ENGLISH["names"]
+"""Phones of letters in a word, and of the names of single letters."""
 
 
 def guess_phones(word: str, letters: dict[str, str] | None = None) -> str:

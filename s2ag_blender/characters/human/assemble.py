@@ -1,6 +1,8 @@
 """Builds the character ``human``: body, clothes, hair and eyes on one of five rigs."""
 
+import json
 from collections.abc import Iterator
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -11,27 +13,7 @@ from ..character import Character
 from ..skinned_surface import Surface
 from . import clothes, data, face, hair, rig, teeth, textures
 
-_PALETTES = {
-    "female": textures.Palette(
-        skin=(0.63, 0.36, 0.25),
-        blush=(0.64, 0.24, 0.18),
-        lips=(0.42, 0.11, 0.09),
-        hair=(0.055, 0.024, 0.012),
-        iris=(0.16, 0.075, 0.03),
-    ),
-    "male": textures.Palette(
-        skin=(0.55, 0.31, 0.21),
-        blush=(0.50, 0.18, 0.12),
-        lips=(0.36, 0.13, 0.10),
-        hair=(0.022, 0.013, 0.009),
-        iris=(0.07, 0.10, 0.13),
-        stubble=0.3,
-    ),
-}
-_WARDROBE = {
-    "female": {"jumper": (0.045, 0.16, 0.19), "rib": (0.035, 0.13, 0.155), "trousers": (0.055, 0.052, 0.06)},
-    "male": {"jumper": (0.075, 0.10, 0.17), "rib": (0.06, 0.08, 0.14), "trousers": (0.10, 0.085, 0.065)},
-}
+_LOOKS = json.loads(Path(__file__).with_name("looks.json").read_text("utf-8"))
 _EYES = ("helper-l-eye", "helper-r-eye")
 _LASHES = ("helper-l-eyelashes-2", "helper-r-eyelashes-2")
 
@@ -64,7 +46,7 @@ def _parts(
     points: np.ndarray, weights: np.ndarray, gender: str
 ) -> Iterator[tuple[str, Surface, list[bpy.types.Material], int, np.ndarray | None]]:
     """Yield (name, surface, materials, subdivisions, rows of ``points`` for shape keys or None) of body parts and clothes."""
-    palette, wardrobe, mesh = _PALETTES[gender], _WARDROBE[gender], data.base_mesh()
+    palette, wardrobe, mesh = textures.Palette(**_LOOKS[gender]["palette"]), _LOOKS[gender]["wardrobe"], data.base_mesh()
     tailor = clothes.Tailor(points, weights)
     skin, looks, rows = _skin(tailor, palette, gender)
     yield "Skin", skin, looks, 0, rows
@@ -77,13 +59,8 @@ def _parts(
         yield name, skin, [look], 0, np.unique(quads)
     if gender == "female":
         lashes = np.concatenate([data.base_mesh().faces[name] for name in _LASHES])
-        yield (
-            "Lashes",
-            Surface.of(points, lashes, weights),
-            [materials.plain("Lashes", (0.01, 0.008, 0.007))],
-            0,
-            np.unique(lashes),
-        )
+        look = materials.plain("Lashes", (0.01, 0.008, 0.007))
+        yield "Lashes", Surface.of(points, lashes, weights), [look], 0, np.unique(lashes)
     knit = materials.plain("Jumper", wardrobe["jumper"], 0.9, specular=0.15)
     rib = materials.plain("Rib", wardrobe["rib"], 0.9, specular=0.15)
     yield "Jumper", tailor.jumper(), [knit, rib], 1, None

@@ -50,10 +50,3 @@ def test_a_join_reaches_beyond_a_span_that_is_too_short(take):
 def test_what_is_gentle_already_stays(take):
     soft, left = transitions.ease_joins(take, take, [(30, 60)], np.zeros(FRAMES, bool))
     assert soft is take and left == 0
-
-
-def test_a_slow_way_is_no_stroke(take):
-    place, kept = [(30, 75)], np.zeros(FRAMES, bool)
-    slow = transitions.slow_transitions(take, regeneration.interpolate_arms(take, place[0], kept), place, kept)
-    speed = np.linalg.norm(np.diff(skeleton.wrists(slow.directions), axis=0), axis=-1)[33:72] * skeleton.FPS
-    assert speed.max() < 0.25
