@@ -79,7 +79,7 @@ ELSEWHERE: dict[str, tuple[str, ...]] = {
         *("s2ag_blender/takes/gesture_edits.py", "s2ag_blender/ui/decisions.py"),
     ),
     "take": (  # a motion file, a word, a gesture, and the number in a record or in provenance
-        *("core/cli/edit.py", "core/words/hints.py", "core/batch/summary.py", *_STATED),
+        *("core/cli/edit.py", "core/batch/summary.py", *_STATED),
     ),
     "near": _STATED,
     "chance": ("core/synthesis/style_sequence.py",),  # a fact of a speaker
