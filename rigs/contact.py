@@ -170,9 +170,7 @@ class _Arm:
         spheres = np.stack([wrist + place * self.knuckles[frames] for place in _COARSE_PLACES], 1)
         return (body.depth(spheres, _COARSE_RADIUS * self.size, frames) > 0).any(-1)
 
-    def depth(
-        self, body: Body, frames: np.ndarray, offset: np.ndarray | None = None, every: int = 1
-    ) -> np.ndarray:
+    def depth(self, body: Body, frames: np.ndarray, offset: np.ndarray | None = None, every: int = 1) -> np.ndarray:
         """Return how deep (frames,) the hand, moved by ``offset`` (frames, 3), lies in ``body``; uses every n-th sphere."""
         outer = self.held.balls.outer[::every]
         if body.whole:

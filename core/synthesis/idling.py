@@ -90,9 +90,7 @@ def _table() -> tuple[Stretch, ...]:
     return tuple(Stretch(body, kind, track) for (body, _), kind, track in zip(parts, kinds, numbers, strict=True))
 
 
-def _assemble(
-    frames: int, seam: int, style: str, stillness: float, rng: np.random.Generator
-) -> tuple[np.ndarray, list[list]]:
+def _assemble(frames: int, seam: int, style: str, stillness: float, rng: np.random.Generator) -> tuple[np.ndarray, list[list]]:
     """Return numbers ``(frames, 27 + SIZE)`` of pieces led into each other, and fidgets as [kind, second].
 
     The last ``seam`` frames, 0 if nothing is repeated, will be led into the first ones: no fidget is there."""

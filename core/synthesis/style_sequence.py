@@ -108,9 +108,7 @@ class StyleSequence:
         return constraints.KeptFrames(numbers, directions)
 
 
-def from_request(
-    checkpoint: Any, request: Request, hinted: Sequence[tuple] = (), heard: np.ndarray | None = None
-) -> StyleSequence:
+def from_request(checkpoint: Any, request: Request, hinted: Sequence = (), heard: np.ndarray | None = None) -> StyleSequence:
     """Return the performers of a request, with the styles that the words ask for, ``hinted`` ``(seconds, style)``; a walk takes
     none of these. They follow the affect that is ``heard`` ``(frames, 3)``.
 
@@ -135,17 +133,15 @@ def from_request(
     return StyleSequence(request, named, rests, latents, ready, chances, begins, steer, tastes)
 
 
-def draw_latents(
-    checkpoint: Any, request: Request, weights: dict[int, float] | None, speakers: Sequence[dict] = ()
-) -> np.ndarray:
+def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | None, speakers: Sequence = ()) -> np.ndarray:
     """Draw a style for each take ``(takes, size)``, steered by the controls; these vary a little after the first take."""
-    mean, deviation = checkpoint.network.speakers
-    own = [one["point"] for one in speakers[len(mean) :]] if weights else []
+    mean, deviation = checkpoint.network.speakers  # further ones bring their points
+    own = [one["point"] for one in speakers[len(mean) :] if weights]
+    if any(len(point) != mean.shape[1] for point in own):
+        raise UsageError("A style of one's own is damaged.", "Learn it again.")
     if own:
-        if any(len(point) != mean.shape[1] for point in own):
-            raise UsageError("A style of one's own is damaged.", "Learn it again.")
-        more = np.tile(deviation.mean(0), (len(own), 1))
-        mean, deviation = np.concatenate([mean, np.array(own, np.float32)]), np.concatenate([deviation, more])
+        deviation = np.concatenate([deviation, np.tile(deviation.mean(0), (len(own), 1))])
+        mean = np.concatenate([mean, np.array(own, np.float32)])
     drawn = styles.sample_styles(weights, mean, deviation, request.style_seed(weights is None), request.identities)
     if not checkpoint.config.controls or curves.has_control_curves(request):
         return drawn

@@ -20,7 +20,8 @@ class Hint(NamedTuple):
     meaning: str
 
 
-HINTS = {name: Hint(*one) for name, one in json.loads(Path(__file__).with_suffix(".json").read_text("utf-8")).items()}
+_TABLE = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
+HINTS: dict[str, Hint] = {name: Hint(*one) for name, one in _TABLE.items()}
 """Hints that request a gesture."""
 SIZES = {"big": 1.6, "bigger": 1.6, "large": 1.6, "small": 0.55, "smaller": 0.55, "calm": 0.55}
 REST = ("none", "rest", "still")

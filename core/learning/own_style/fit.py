@@ -125,9 +125,9 @@ def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda
     target = np.array(list(source.manner.values())) / _SCALES
     known = speakers(stage.checkpoint)
     places, parts = np.stack([_numbers(one) for one in known]), _FIRST + ROUNDS
-    if stage.known is None:
-        stage.known = np.mean([_perform(stage, known, progress, part, parts) for part in range(_FIRST)], axis=0)
     found = stage.known
+    if found is None:
+        found = stage.known = np.mean([_perform(stage, known, progress, part, parts) for part in range(_FIRST)], axis=0)
     off = ((found - target) ** 2).sum(1) / _SURE
     shares = np.exp(off.min() - off)
     shares /= shares.sum()
