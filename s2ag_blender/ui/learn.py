@@ -76,7 +76,7 @@ class S2AG_OT_own_style(ModalOperator, NeedsCharacter, bpy.types.Operator):
         except S2agError as error:
             return self.failed(error)
 
-    def begun(self, context: Context) -> session.SlicedRun:
+    def begun(self, context: Context) -> "session.SlicedRun":
         return session.SlicedRun(self.slices(context), translate("Learning a Style"))
 
     def finished(self, outcome: str) -> OperatorResult:
