@@ -64,6 +64,7 @@ def applied():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("sound_system")
 def test_the_console_stays_quiet_and_a_report_says_what_changed(speaker, take, capfd):
     bpy.context.scene.frame_set(180)
     for name, asked in EDITS.items():
