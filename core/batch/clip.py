@@ -91,6 +91,7 @@ class Clip(_Row):
     armature: str | None = None
     map: str | None = None
     face_map: str | None = None
+    seated: str = "auto"
     scene: str = ""
     delay: float = 0.0
     preset: str | None = None

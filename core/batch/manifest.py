@@ -278,6 +278,13 @@ def _choice(*choices: str) -> Callable[[Any, Path], Any]:
     return parse
 
 
+def _seated(value: Any, _folder: Path) -> str:
+    text = str(value)
+    if text not in ("auto", "off", "on") and not re.fullmatch(r"[0-9]{1,4}(\.[0-9]+)?", text):
+        raise ValueError(f"{value!r} is not auto, off, on or a table's height in metres.")
+    return text
+
+
 def _resolution(value: Any, _folder: Path) -> tuple[int, int]:
     sides = value if isinstance(value, list | tuple) else str(value).lower().split("x")
     try:
@@ -315,6 +322,7 @@ COLUMNS: dict[str, Callable[[Any, Path], Any]] = {
     "armature": _text,
     "map": _path,
     "face_map": _path,
+    "seated": _seated,
     "scene": _name,
     "delay": _number(float, "number of seconds"),
     "preset": _choice(*PRESETS),

@@ -162,7 +162,7 @@ class Batch:
                 "motions": [str(motion_paths(folder, clip)[take])],
                 "outputs": files,
                 **{part: getattr(clip, part) for part in ("audio", "character", "gender", "armature", "delay")},
-                **{part: getattr(clip, part) for part in ("map", "face_map")},
+                **{part: getattr(clip, part) for part in ("map", "face_map", "seated")},
             })  # fmt: skip
         scene, sequences = [], []
         for kind in unit.scene_outputs:
@@ -245,6 +245,8 @@ def _visible_facts(clip: Clip) -> dict:
     file = Path(clip.character)
     facts = {name: getattr(clip, name) for name in ("character", "gender", "armature", "delay")}
     facts |= {name: _content(getattr(clip, name)) for name in ("map", "face_map")}
+    if clip.seated != "auto":  # as rows of before have it
+        facts["seated"] = clip.seated
     if file.suffix:
         facts["character"] = _content(clip.character)
     return facts | {"name": clip.name, "audio": _content(clip.audio), "outputs": clip.wanted(CHARACTER_OUTPUTS)}

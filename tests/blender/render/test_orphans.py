@@ -13,6 +13,8 @@ import pytest
 from s2ag.core.files import delete_leftovers
 from s2ag.core.locks import is_held
 
+pytestmark = pytest.mark.slow
+
 STARTER = """
 import sys, tempfile
 from pathlib import Path

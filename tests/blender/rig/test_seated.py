@@ -15,6 +15,8 @@ from s2ag.s2ag_blender.keys.apply import apply_motion
 from s2ag.s2ag_blender.rig import body_shape, solver
 from sitting import Sitter
 
+pytestmark = pytest.mark.slow
+
 WHO = {"mannequin": lambda shared: mannequin.build().armature, "human": lambda shared: people.armature("mixamo")}
 WHO["rocketbox"] = lambda shared: found_rigs.rocketbox(shared, "Male_Adult_01")
 SECONDS = 6

@@ -136,6 +136,11 @@ def test_all_that_synth_and_animate_can_do_has_a_column():
     assert {"cache", "checkpoint", "vectors", "aligner_model", "recogniser_model", "language", "recognise"} <= set(options)
 
 
+def test_a_character_sits_at_a_table(written):
+    clips, problems = written("audio,seated\nhello.flac,0.74\nhello.flac,\nhello.flac,perhaps\n")
+    assert [clip.seated for clip in clips] == ["0.74", "auto"] and "table's height" in problems[0].sentence
+
+
 def test_files_beside_the_recording_are_checked(written, tmp_path):
     (tmp_path / "empty").mkdir()
     (tmp_path / "map.json").write_text('{"torso": ["Spine"], "tail": []}')

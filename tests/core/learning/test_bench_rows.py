@@ -120,6 +120,7 @@ def test_one_recording_has_no_other_speech(corpus, bench):
     assert alone.elsewhere is None
 
 
+@pytest.mark.slow
 def test_references_are_real_motion_of_the_same_talker_or_speech(bench):
     corpus, windows = bench.data.corpus, bench.windows
     talker, speech = references.same_talker(bench), references.same_speech(bench)

@@ -214,6 +214,7 @@ def test_bad_input_gets_one_sentence(corpus_folders, tmp_path, monkeypatch, caps
     assert line.startswith("s2ag: ") and sentence in line and not told.out
 
 
+@pytest.mark.slow
 def test_real_clips_move_as_they_were_measured(shared):
     real = reference(shared)
     assert 40 < real["energy"][8] < 100 and real["energy"][5] == real["energy"][8]

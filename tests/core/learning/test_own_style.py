@@ -59,6 +59,7 @@ def own(monkeypatch, tmp_path, session):
     return path
 
 
+@pytest.mark.slow
 def test_what_was_learned_is_nearer_to_its_source(stage, acted, voice, monkeypatch):
     for name, less in {"ROUNDS": 1, "_FIRST": 1, "TRIALS": 6, "_BATCH": 4}.items():
         monkeypatch.setattr(fit, name, less)

@@ -20,6 +20,7 @@ SIGNALS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SIGNALS)
 @pytest.mark.filterwarnings("ignore:n_fft=2048 is too large")
 def test_equals_librosa(name):
@@ -29,6 +30,7 @@ def test_equals_librosa(name):
     assert np.abs(mfcc.mfcc(signal) - expected).max() <= 1e-4
 
 
+@pytest.mark.slow
 def test_speech_equals_librosa(examples):
     librosa = pytest.importorskip("librosa", reason="the reference implementation is not installed")
     sound = audio.load(examples / "hello.flac")

@@ -84,6 +84,7 @@ OTHERS += [("torch", {"ONEDNN_MAX_CPU_ISA": "SSE41", "MKL_ENABLE_INSTRUCTIONS": 
 """Numbers of threads, and CPUs as old as the libraries know: no fused products, half the width of registers."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("backend", "other"), OTHERS, ids=[f"{name}-{[*other.values()][0]}" for name, other in OTHERS])
 def test_threads_and_cpus_change_no_more_than_rounding(flow_checkpoint, session, voice, plain, tmp_path, backend, other):
     command = [sys.executable, "-m", "s2ag", "synth", voice, "--no-transcript", "--checkpoint", flow_checkpoint]

@@ -106,6 +106,7 @@ def test_audio_alone_still_gestures(session, examples):
     assert np.percentile(forearms, 90) > 20
 
 
+@pytest.mark.slow
 def test_seams_cannot_be_seen(session, long_speech):
     """At the joins of windows the fastest edge is no faster than elsewhere, and acceleration is in the clip's range.
 
