@@ -2,6 +2,7 @@
 
 from __future__ import annotations  # names of modules that have not run yet
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Any, cast
 
 import bpy
@@ -117,6 +118,27 @@ class ModalOperator:
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
+
+
+class SlicedOperator(ModalOperator):
+    """Base of operators whose work is done in slices, which subclasses give."""
+
+    def slices(self, context: Context) -> Generator[float, None, Any]:
+        """Return the work, which yields the share that is done and ends with what :meth:`finished` takes."""
+        raise NotImplementedError
+
+    def execute(self, context: Context) -> Any:
+        from ...rigs.slices import run_to_end  # registering is to run nothing of rigs
+
+        try:
+            return self.finished(run_to_end(self.slices(context)))
+        except S2agError as error:
+            return self.failed(error)
+
+    def failed(self, error: S2agError) -> Any:
+        told = ("INFO", translate("Cancelled")) if error.kind == "Cancelled" else ("ERROR", translate_error(error))
+        self.report({told[0]}, told[1])
+        return {"CANCELLED"}
 
 
 class GeneratingOperator(ModalOperator):

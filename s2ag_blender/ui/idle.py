@@ -13,7 +13,7 @@ from ..datablocks import ArmatureObject, Context
 from ..keys import apply
 from ..rig import chosen_bones
 from ..takes import drafts, session, stored_settings
-from ..takes.operator_base import ModalOperator, armature_of
+from ..takes.operator_base import SlicedOperator, armature_of
 from ..translations import translate, translate_error
 from .bases import NeedsCharacter, OperatorResult, require_character
 
@@ -50,7 +50,7 @@ def idle_in_slices(
     return actions, errors
 
 
-class S2AG_OT_idle(ModalOperator, NeedsCharacter, bpy.types.Operator):
+class S2AG_OT_idle(SlicedOperator, NeedsCharacter, bpy.types.Operator):
     """Let the selected characters stand and wait as people do, each in a way of its own"""
 
     bl_label = "Idle"
@@ -72,14 +72,6 @@ class S2AG_OT_idle(ModalOperator, NeedsCharacter, bpy.types.Operator):
         scene = context.scene
         return idle_in_slices(armatures, scene.frame_start, scene, self.seconds, self.stillness, self.loop)
 
-    def execute(self, context: Context) -> OperatorResult:
-        from ...rigs.slices import run_to_end  # registering is to run nothing of rigs
-
-        try:
-            return self.finished(run_to_end(self.slices(context)))
-        except S2agError as error:
-            return self.failed(error)
-
     def begun(self, context: Context) -> "session.SlicedRun":
         return session.SlicedRun(self.slices(context), translate("Idle"))
 
@@ -92,6 +84,5 @@ class S2AG_OT_idle(ModalOperator, NeedsCharacter, bpy.types.Operator):
         return {"FINISHED"} if actions else {"CANCELLED"}
 
     def failed(self, error: S2agError) -> OperatorResult:
-        told = ("INFO", translate("Cancelled")) if error.kind == "Cancelled" else ("ERROR", translate_error(error))
-        self.report({told[0]}, told[1])
+        super().failed(error)
         return {"FINISHED"}  # characters that have an idle keep it, which can be undone

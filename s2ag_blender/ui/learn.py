@@ -6,12 +6,11 @@ from typing import Any, cast
 
 import bpy
 
-from ...core.errors import S2agError
 from ..datablocks import Context, current_context
 from ..engine import engine_state
 from ..takes import drafts, learning, menu_items, session, sources
-from ..takes.operator_base import ModalOperator
-from ..translations import translate, translate_error
+from ..takes.operator_base import SlicedOperator
+from ..translations import translate
 from .bases import NeedsCharacter, OperatorResult, require_character
 
 
@@ -47,7 +46,7 @@ class S2AG_OT_learn(NeedsCharacter, bpy.types.Operator):
         return translate("{name} is saved; train with: s2ag data plain", name=path.name)
 
 
-class S2AG_OT_own_style(ModalOperator, NeedsCharacter, bpy.types.Operator):
+class S2AG_OT_own_style(SlicedOperator, NeedsCharacter, bpy.types.Operator):
     """Add a style of your own to the menu: one that was learned, or one to learn from a motion file of somebody who talks"""
 
     bl_label = "Style from File"
@@ -69,12 +68,7 @@ class S2AG_OT_own_style(ModalOperator, NeedsCharacter, bpy.types.Operator):
     def execute(self, context: Context) -> OperatorResult:
         if not bpy.app.background and context.window is not None:
             return cast(Any, bpy.ops).s2ag.own_style("INVOKE_DEFAULT", filepath=self.filepath)
-        from ...rigs.slices import run_to_end  # registering is to run nothing of rigs
-
-        try:
-            return self.finished(run_to_end(self.slices(context)))
-        except S2agError as error:
-            return self.failed(error)
+        return super().execute(context)
 
     def begun(self, context: Context) -> "session.SlicedRun":
         return session.SlicedRun(self.slices(context), translate("Learning a Style"))
@@ -83,8 +77,3 @@ class S2AG_OT_own_style(ModalOperator, NeedsCharacter, bpy.types.Operator):
         require_character(current_context()).s2ag.style_pick = outcome
         self.report({"INFO"}, translate("The style {name} is in the menu", name=outcome))
         return {"FINISHED"}
-
-    def failed(self, error: S2agError) -> OperatorResult:
-        told = ("INFO", translate("Cancelled")) if error.kind == "Cancelled" else ("ERROR", translate_error(error))
-        self.report({told[0]}, told[1])
-        return {"CANCELLED"}
