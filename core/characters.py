@@ -1,5 +1,6 @@
 """Names of characters: human, human:RIG, mannequin, or a file. :mod:`s2ag_blender.characters` builds them in Blender."""
 
+import re
 from pathlib import Path
 
 from .errors import RigUnusable, UsageError
@@ -15,6 +16,11 @@ def is_builtin(name: str) -> bool:
 def has_speaking_face(name: str) -> bool:
     """Return whether a character is built in and has a face that can speak."""
     return is_builtin(name) and name != "mannequin"
+
+
+def is_seat(text: str) -> bool:
+    """Return whether a text says if a character sits: auto, off, on, or the height of its table in metres, as in 0.74."""
+    return text in ("auto", "off", "on") or bool(re.fullmatch(r"[0-9]{1,3}(\.[0-9]+)?", text))
 
 
 def resolve(name: str) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import json_text
+from .. import characters, json_text
 from ..declaration import Setting, columns
 from ..errors import ManifestUnusable, S2agError
 from ..files import open_file
@@ -280,7 +280,7 @@ def _choice(*choices: str) -> Callable[[Any, Path], Any]:
 
 def _seated(value: Any, _folder: Path) -> str:
     text = str(value)
-    if text not in ("auto", "off", "on") and not re.fullmatch(r"[0-9]{1,4}(\.[0-9]+)?", text):
+    if not characters.is_seat(text):
         raise ValueError(f"{value!r} is not auto, off, on or a table's height in metres.")
     return text
 

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -93,7 +92,7 @@ def _job(options: argparse.Namespace, who: str, motion: Path, paths: list[Path])
 
 
 def _seated(text: str) -> str:
-    if text not in ("auto", "off", "on") and not re.fullmatch(r"0*[0-9]{1,3}(\.[0-9]+)?", text):
+    if not characters.is_seat(text):
         raise argparse.ArgumentTypeError(f"{text!r} is not auto, off, on or a height in metres, as in 0.74")
     return text
 
