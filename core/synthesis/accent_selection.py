@@ -96,6 +96,13 @@ def accent_channels(
     return stroke_requests.encode_requests(_outside(strokes, 1, 3, taken), _outside(still, 0, 1, taken), frames)
 
 
+def right_leads(tastes: np.ndarray, wishes: Mapping, frames: int) -> np.ndarray:
+    """Return by how much the right hand leads ``(frames,)``: 1 where it makes all strokes, -1 where the left does."""
+    wishes = {name: np.broadcast_to(value, frames) for name, value in wishes.items()}
+    left, right, both = _adapt_to_controls(np.broadcast_to(tastes, (frames, tastes.shape[1])), wishes)[:, 3:6].T
+    return (right - left) / (left + right + both)
+
+
 def _quiet_pauses(phrases: np.ndarray, key: tuple) -> np.ndarray:
     """Draw the pauses between phrases, ``(n, 2)`` in seconds, in which no stroke is asked for."""
     pauses = np.stack([phrases[:-1, 1], phrases[1:, 0] - _RISING], axis=1)

@@ -36,8 +36,8 @@ def sample(
     ``network`` is a :class:`NumpyNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
     ``asked`` ``(takes, frames, 7)`` are the strokes asked of each performer's takes (:mod:`stroke_requests`), None for none.
     Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` has for each performer
-    ``(frames,)`` that scale the noise: below 1 a frame is nearer to what is usual. ``tempo`` warps time; all else is in frames
-    of the recording."""
+    ``(frames, 10)`` that scale the noise of the directions and of hands: below 1 all is nearer to what is usual. ``tempo``
+    warps time; all else is in frames of the recording."""
     scales = [None] * len(cast) if lively is None else lively
     plans = [_Plan(network, *each, frames, tile, tempo) for each in zip(cast, asked, scales, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
@@ -65,7 +65,8 @@ class _Plan:
         self.network, self.performers, self.asked, self.tempo = network, performers, asked, tempo
         self.kept = self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.varies else 1)
-        self.lively = np.asarray(performers.chance(frames) * (1.0 if lively is None else lively), np.float32)
+        scale = performers.chance(frames)[:, None] * (np.ones((1, 10)) if lively is None else lively)
+        self.lively = scale[:, np.minimum(np.arange(network.noise_size) // 3, 9)].astype(np.float32)
         if tempo is not None:
             self.mask, self.poses = tempo.given(*self.kept)
             self.lively = tempo.along(self.lively)
@@ -101,7 +102,7 @@ class _Plan:
         start, stop, low, high = place
         request = self.performers.request
         drawn = noise(request.keyed_seed, request.identities[row], low, high, self.network.noise_size, self.performers.who)
-        drawn = drawn * _cut(self.lively, low, high)[:, None]
+        drawn = drawn * _cut(self.lively, low, high)
         if self.asked is not None:
             heard = self.network.told(heard, _cut(self.asked[row], low, high))
         made = self.network.draw(heard, self._style(row, low, high), seeds, drawn, begins)

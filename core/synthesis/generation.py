@@ -1,6 +1,6 @@
 """The stage *draw*: what every kind of network makes of the speech it hears, all frames of all takes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,8 @@ _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
 _CALMER = 0.3
 """... and by this share at an arousal of -1: chance has most of the arms' movement, and calm bodies are to have little."""
+_OTHER_HAND = 0.4
+"""... and for the arm that never leads: with equal chance both arms move more alike than those of the corpus."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -46,7 +48,8 @@ def generate(
         return GeneratedTakes(windows.perform(checkpoint, *inputs, progress, cancelled), (None,) * len(poses))
     wishes = [_controls(heard, one) for one in cast]
     asked = [_asked_strokes(checkpoint, heard, one, controls) for one, controls in zip(cast, wishes, strict=True)]
-    lively = [_noise_scale(heard.activity, controls[accent_selection.AROUSAL]) for controls in wishes]
+    tastes = [one.taste(heard.frames) for one in cast]
+    lively = [_noise_scale(heard.activity, *each) for each in zip(tastes, wishes, strict=True)]
     settings = {"lively": lively, "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
     inputs = heard.features.slice
     drawn, extras = flow_sampling.sample(checkpoint.network, inputs, cast, asked, heard.frames, progress, cancelled, **settings)
@@ -96,11 +99,16 @@ def _asked_strokes(
     return np.stack([marked if one is None else np.where(taken[:, None], marked, one) for one in accents])
 
 
-def _noise_scale(activity: np.ndarray, arousal: np.ndarray | float) -> np.ndarray:
-    """Return the scale of the noise ``(frames,)``: smaller in silence, as people's waiting hands are less various, and where
-    ``arousal``, a number or ``(frames,)``, is low."""
+def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mapping) -> np.ndarray:
+    """Return the scale of the noise of each direction and of hands ``(frames, 10)``: smaller in silence, as people's waiting
+    hands are less various, where arousal, a number or ``(frames,)``, is low, and for the arm that leads less."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
-    return quiet * (1 + _CALMER * np.minimum(arousal, 0))
+    scale = np.tile((quiet * (1 + _CALMER * np.minimum(wishes[accent_selection.AROUSAL], 0)))[:, None], 10)
+    if tastes is not None:
+        right = accent_selection.right_leads(tastes, wishes, len(activity))
+        for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
+            scale[:, arm] *= 1 - _OTHER_HAND * np.maximum(other, 0)[:, None]
+    return scale
 
 
 def cache_key(checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequence]) -> tuple:

@@ -20,7 +20,7 @@ from . import features, generation, postprocess, style_sequence
 from .features import SpeechFeatures
 from .generation import GeneratedTakes
 from .request import Request, Result
-from .session_cache import SessionCache, recording_key, recording_settings
+from .session_cache import SessionCache, recalled, recording_key, recording_settings
 from .stages import Stages
 from .style_sequence import StyleSequence
 
@@ -113,7 +113,7 @@ class Session:
             raise UsageError("The requests are not about one recording.", "Make those of other recordings one by one.")
         stages, memory = Stages(progress, cancelled), self._memory or SessionCache()
         recording = recording_key(requests[0])
-        heard, cast = self._hear(requests, memory.heard(recording), stages)
+        heard, cast = self._hear(requests, recalled(memory.heard, recording), stages)
         missed = [postprocess.wanted_gestures(one, heard)[1] for one in requests]
         drawn = self._draw(heard, cast, recording, memory, stages)
         results = []
@@ -127,8 +127,8 @@ class Session:
     def hear(self, request: Request, stages: Stages) -> tuple[SpeechFeatures, StyleSequence]:
         """Return a recording as its performers hear it, and the performers; the recording is remembered."""
         memory, recording = self._memory or SessionCache(), recording_key(request)
-        heard, cast = self._hear([request], memory.heard(recording), stages)
-        memory.keep_heard(recording, heard)
+        heard, cast = self._hear([request], recalled(memory.heard, recording), stages)
+        memory.heard = recording, heard
         return heard, cast[0]
 
     def _hear(
@@ -154,11 +154,11 @@ class Session:
     ) -> GeneratedTakes:
         """Draw the takes of all performers in one batch, unless they are remembered."""
         key = recording, *generation.cache_key(self.checkpoint, heard, cast)
-        drawn = memory.made(key)
+        drawn = recalled(memory.made, key)
         if drawn is None:
             callbacks = stages.within("generate"), stages.cancelled
             drawn = stages.run("generate", lambda: generation.generate(self.checkpoint, heard, cast, *callbacks))
-        memory.keep(recording, heard, key, drawn)
+        memory.heard, memory.made = (recording, heard), (key, drawn)
         return drawn
 
 

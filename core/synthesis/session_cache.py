@@ -7,28 +7,16 @@ from ..settings import Settings, names_with, table
 
 
 class SessionCache:
-    """The last recording as it was heard, and the last performance of it."""
+    """The last recording as it was heard, and the last performance of it, each behind its key."""
 
     def __init__(self) -> None:
-        self._heard: tuple[Any, Any] = (None, None)
-        self._made: tuple[Any, Any] = (None, None)
+        self.heard: tuple[Any, Any] = (None, None)
+        self.made: tuple[Any, Any] = (None, None)
 
-    def heard(self, recording: tuple) -> Any:
-        """Return what was heard of the recording with this :func:`recording_key`, or None if it was not the last one."""
-        return self._heard[1] if self._heard[0] == recording else None
 
-    def made(self, performers: tuple) -> Any:
-        """Return what these performers made, or None if they were not the last ones."""
-        return self._made[1] if self._made[0] == performers else None
-
-    def keep_heard(self, recording: tuple, heard: Any) -> None:
-        """Remember a recording instead of the former one."""
-        self._heard = (recording, heard)
-
-    def keep(self, recording: tuple, heard: Any, performers: tuple, made: Any) -> None:
-        """Remember a recording and a performance instead of the former ones."""
-        self.keep_heard(recording, heard)
-        self._made = (performers, made)
+def recalled(kept: tuple[Any, Any], key: tuple) -> Any:
+    """Return what was ``kept`` if it has this ``key``, else None."""
+    return kept[1] if kept[0] == key else None
 
 
 def recording_settings(request: Settings) -> tuple[str, ...]:

@@ -167,3 +167,15 @@ def test_words_on_a_recording_without_a_voice_ask_for_nothing():
     silent = Prosody(accents, np.zeros((0, 2)), np.zeros((60, FEATURES), np.float32), np.zeros(0), np.zeros(0))
     tastes = accent_selection.speaker_taste(LIVELY)[None]
     assert accent_selection.accent_channels(silent, tastes, PLAIN, (0, (), ""), np.zeros(60, bool)) is None
+
+
+def test_the_hand_that_leads_is_the_tastes_or_the_one_that_is_asked_for():
+    def right(taste, hand):
+        tastes = np.atleast_2d(accent_selection.speaker_taste({**LIVELY, **taste}))
+        return accent_selection.right_leads(tastes, {**PLAIN, "hand": hand}, 3).tolist()
+
+    one_handed = {"left": 0.1, "right": 0.7, "both": 0.2}
+    np.testing.assert_allclose(right(one_handed, 0.0), 0.6)
+    np.testing.assert_allclose(right(one_handed, -1.0), -1.0)
+    np.testing.assert_allclose(right(one_handed, np.array([0.0, 1.0, -1.0])), [0.6, 1.0, -1.0])
+    np.testing.assert_allclose(right({"left": 0.3, "right": 0.3}, 0.0), 0.0)

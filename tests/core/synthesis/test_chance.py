@@ -165,3 +165,16 @@ def test_cells_of_sheets_keep_it_at_their_own_recording(session, recordings, tmp
     content = (tmp_path / "sheet.json").read_text().replace('"chance"', '"former"')
     (tmp_path / "old.json").write_text(content)
     assert sheet.request_of_cell(f"{tmp_path / 'old.json'}:2")["chance"] == 0
+
+
+def test_one_handed_styles_leave_it_to_one_hand_and_a_hand_that_is_asked_for_takes_over(session, recordings):
+    def right(style, **settings):
+        ways = [np.abs(np.diff(wrists(session, recordings[0], style=style, seed=seed, **settings), axis=0)) for seed in (0, 1)]
+        return np.mean([way[:, 3:].sum() / way.sum() for way in ways])
+
+    right_handed, left_handed = (np.mean([right(one) for one in pair]) for pair in (
+        ("brisk presenter", "street preacher"), ("left-handed joker", "excited teenager"),
+    ))  # fmt: skip
+    assert 0.4 < right("sales rep") < 0.6
+    assert right_handed > 0.64 and left_handed < 0.4, (right_handed, left_handed)
+    assert right("brisk presenter", hand=-1.0) < 0.4 and right("sales rep", hand=1.0) > 0.6
