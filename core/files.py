@@ -38,11 +38,6 @@ def open_file(path: str | os.PathLike) -> BinaryIO:
     return open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0)))  # a pipe by now
 
 
-def check_input(path: str | os.PathLike) -> None:
-    """Raise OSError as :func:`open_file`, before a reader that opens files by itself, and would wait for a pipe."""
-    open_file(path).close()
-
-
 def read_bytes(path: str | os.PathLike) -> bytes:
     """Return a file's content; raises OSError as :func:`open_file`."""
     with open_file(path) as file:

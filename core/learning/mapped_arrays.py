@@ -4,10 +4,10 @@ from os import PathLike
 
 import numpy as np
 
-from ..files import check_input
+from ..files import open_file
 
 
 def map_array(path: str | PathLike) -> np.ndarray:
     """Return the array of a ``.npy`` file, memory-mapped for reading. Raises OSError and errors of damaged files."""
-    check_input(path)
+    open_file(path).close()  # readers that open files by themselves would wait for a pipe
     return np.load(path, mmap_mode="r", allow_pickle=False)

@@ -120,11 +120,6 @@ def close_lips(weights: np.ndarray, sure: np.ndarray, rows: np.ndarray) -> np.nd
     return weights
 
 
-def lips_closed(weights: np.ndarray) -> np.ndarray:
-    """Return which rows of weights ``(..., channels)`` have closed lips."""
-    return (weights[..., _LIPS] >= 0.95) & (weights[..., _JAW] <= CLOSED_JAW + 1e-6)
-
-
 def nearest_index(times: np.ndarray, moments: np.ndarray) -> np.ndarray:
     """Return the index of the time nearest to each of ``moments``; ``times`` are sorted."""
     after = np.clip(np.searchsorted(times, moments), 1, max(len(times) - 1, 1))

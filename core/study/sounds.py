@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import UsageError
-from ..files import check_input
+from ..files import open_file
 from ..sound import av_decoding
 
 RATE = 48000
@@ -76,7 +76,7 @@ def _open(film: str | PathLike) -> Any:
     except ImportError as error:
         raise UsageError("Films get another sound by the package av.", 'Install it: pip install "s2ag[engine]".') from error
     try:
-        check_input(film)
+        open_file(film).close()  # readers that open files by themselves would wait for a pipe
         container = av_decoding.open_container(film)
     except (av.error.FFmpegError, OSError, ValueError) as error:
         raise UsageError(f"{film} is no film.", "Give .mp4 or .webm that a browser plays.") from error

@@ -24,8 +24,8 @@ def add_line(line: str) -> None:
 
 
 def latest() -> Path | None:
-    """Return the path of the newest log of this session, or None."""
-    return _latest
+    """Return the path of the newest log of this session, or None; it may have been deleted."""
+    return _latest if _latest is not None and _latest.is_file() else None
 
 
 def save(error: S2agError) -> Path | None:

@@ -123,9 +123,12 @@ class ModalOperator:
 class SlicedOperator(ModalOperator):
     """Base of operators whose work is done in slices, which subclasses give."""
 
-    def slices(self, context: Context) -> Generator[float, None, Any]:
+    def slices(self, context: Context) -> Generator[float | None, None, Any]:
         """Return the work, which yields the share that is done and ends with what :meth:`finished` takes."""
         raise NotImplementedError
+
+    def begun(self, context: Context) -> session.SlicedRun:
+        return session.SlicedRun(self.slices(context), translate(cast(Any, self).bl_label))
 
     def execute(self, context: Context) -> Any:
         from ...rigs.slices import run_to_end  # registering is to run nothing of rigs

@@ -19,7 +19,7 @@ SLICE = 0.02
 class SlicedRun:
     """A run of work in Blender's own process: ``slices`` yield the share done wherever Blender may draw."""
 
-    def __init__(self, slices: Generator[float, None, Any], text: str = "") -> None:
+    def __init__(self, slices: Generator[float | None, None, Any], text: str = "") -> None:
         self.text, self.value = text, 0.0
         self._slices, self._cancelled = slices, False
 
@@ -30,7 +30,7 @@ class SlicedRun:
         end = time.monotonic() + SLICE
         try:
             while time.monotonic() < end:
-                self.value = next(self._slices)
+                self.value = next(self._slices) or self.value
         except StopIteration as done:
             return done.value
         return None

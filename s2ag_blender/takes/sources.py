@@ -209,6 +209,13 @@ def set_recording(armature: ArmatureObject, recording: str) -> str:
     return settings.transcript
 
 
+def settings_of_strip(settings: Any, name: str) -> dict[str, Any]:
+    """Return the settings for one of many strips: words are beside its recording, or recognised; not all in one action."""
+    asked = {"audio_source": "STRIP", "sound_strip": name, "range": "STRIP", "take_count": 1}
+    asked |= {} if settings.result == "LAYER" else {"result": "STRIP"}
+    return asked | ({} if settings.transcript_source == "RECOGNISE" else {"transcript_source": "FILE", "transcript": ""})
+
+
 def words_beside(audio: str) -> dict[str, str]:
     """Return the engine's parameter for the transcript next to a recording, {} if there is none. Fast enough for drawing."""
     return transcripts.words_beside(bpy.path.abspath(audio), lambda path: _exists(str(path))) if audio else {}

@@ -197,17 +197,11 @@ class S2AG_OT_open_log(Button, bpy.types.Operator):
     def why_not(cls, context: Context) -> str:
         return translate("Nothing has failed in this session") if errors_log.latest() is None else ""
 
-    def execute(self, context: Context) -> OperatorResult:
+    def work(self, context: Context) -> str:
         path = errors_log.latest()
         assert path is not None
-        try:
-            block = errors_log.text_block(path)
-        except OSError as error:
-            self.report({"ERROR"}, translate("{path} cannot be read: {reason}", path=path, reason=error.strerror))
-            return {"CANCELLED"}
-        shown = translate("{path} is open", path=path) if _show(context, block) else ""
-        self.report({"INFO"}, shown or translate("{path} is in the texts", path=path))
-        return {"FINISHED"}
+        is_shown = _show(context, errors_log.text_block(path))
+        return translate("{path} is open", path=path) if is_shown else translate("{path} is in the texts", path=path)
 
 
 class S2AG_OT_open_help(OperatorMixin, bpy.types.Operator):

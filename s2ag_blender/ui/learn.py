@@ -8,7 +8,7 @@ import bpy
 
 from ..datablocks import Context, current_context
 from ..engine import engine_state
-from ..takes import drafts, learning, menu_items, session, sources
+from ..takes import drafts, learning, menu_items, sources
 from ..takes.operator_base import SlicedOperator
 from ..translations import translate
 from .bases import NeedsCharacter, OperatorResult, require_character
@@ -69,9 +69,6 @@ class S2AG_OT_own_style(SlicedOperator, NeedsCharacter, bpy.types.Operator):
         if not bpy.app.background and context.window is not None:
             return cast(Any, bpy.ops).s2ag.own_style("INVOKE_DEFAULT", filepath=self.filepath)
         return super().execute(context)
-
-    def begun(self, context: Context) -> "session.SlicedRun":
-        return session.SlicedRun(self.slices(context), translate("Learning a Style"))
 
     def finished(self, outcome: str) -> OperatorResult:
         require_character(current_context()).s2ag.style_pick = outcome

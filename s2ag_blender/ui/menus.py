@@ -1,16 +1,11 @@
-"""Menus with the operators of the panel, so that search (F3) finds them, and a pie menu for a key that the user assigns."""
-
-from typing import Any
+"""Menus with the operators of the panel, so that search (F3) finds them."""
 
 import bpy
 
-from ..datablocks import Context, current_context
+from ..datablocks import Context
 from ..takes.operator_base import character
 from .bases import Icon, LayoutMixin
 
-PIE = "S2AG_MT_pie"
-_KEYS: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
-"""Our key map items, each with its key map."""
 _MORE_TAKES: tuple[tuple[str, Icon], ...] = (("reroll", "FILE_REFRESH"), ("vary", "MOD_NOISE"), ("style_grid", "MESH_GRID"))
 """Operators that make more takes, with icons."""
 
@@ -52,26 +47,11 @@ class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
         layout.operator_menu_enum("s2ag.export", "format", icon="EXPORT")
         layout.operator("s2ag.import_motion", icon="IMPORT")
         layout.operator("s2ag.idle", icon="USER")
+        layout.operator("s2ag.generate_strips", icon="SEQUENCE")
         layout.operator("s2ag.insert_gesture", icon="VIEW_PAN")
         layout.operator("s2ag.save_gesture", icon="ASSET_MANAGER")
         layout.operator("s2ag.learn")
         layout.operator("s2ag.own_style")
-
-
-class S2AG_MT_pie(LayoutMixin, bpy.types.Menu):
-    bl_idname = PIE
-    bl_label = "Gestures"
-
-    def draw(self, context: Context) -> None:
-        pie = self.layout.menu_pie()
-        pie.operator("s2ag.vary", icon="MOD_NOISE")
-        pie.operator("s2ag.reroll", icon="FILE_REFRESH")
-        pie.operator("s2ag.generate", icon="PLAY")
-        pie.operator("s2ag.style_grid", icon="MESH_GRID")
-        pie.operator("s2ag.delete_take", icon="TRASH")
-        pie.operator("s2ag.recall_take", icon="LOOP_BACK")
-        pie.prop(context.window_manager.s2ag, "live")
-        pie.operator("s2ag.cancel", icon="X")
 
 
 def draw_in_animation(self: LayoutMixin, context: Context) -> None:
@@ -89,35 +69,13 @@ def draw_in_add(self: LayoutMixin, context: Context) -> None:
     self.layout.operator("s2ag.add_mannequin", icon="ARMATURE_DATA")
 
 
-def draw_key(layout: bpy.types.UILayout, context: Context) -> None:
-    """Draw the field, in the preferences, of the key that opens the pie menu; by default there is no key."""
-    keys = context.window_manager.keyconfigs.user
-    for kmap in keys.keymaps if keys is not None else ():
-        for item in kmap.keymap_items:
-            properties: Any = item.properties
-            if item.idname == "wm.call_menu_pie" and properties.name == PIE:
-                row = layout.row()
-                row.label(text="Pie Menu of Gestures")
-                row.prop(item, "type", text="", full_event=True)
-
-
 def register() -> None:
-    """Add the menu entries, and a key map item without a key."""
+    """Add the menu entries."""
     bpy.types.VIEW3D_MT_armature_add.append(draw_in_add)
     bpy.types.VIEW3D_MT_object_animation.append(draw_in_animation)
-    keys = current_context().window_manager.keyconfigs.addon
-    if keys is not None:  # in background mode there are none
-        kmap = keys.keymaps.new("3D View", space_type="VIEW_3D")
-        item = kmap.keymap_items.new("wm.call_menu_pie", "NONE", "PRESS")
-        properties: Any = item.properties
-        properties.name = PIE
-        _KEYS.append((kmap, item))
 
 
 def unregister() -> None:
     """Undo :func:`register`."""
-    for kmap, item in _KEYS:
-        kmap.keymap_items.remove(item)
-    _KEYS.clear()
     bpy.types.VIEW3D_MT_object_animation.remove(draw_in_animation)
     bpy.types.VIEW3D_MT_armature_add.remove(draw_in_add)

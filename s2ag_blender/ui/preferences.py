@@ -13,7 +13,6 @@ from .. import compat
 from ..datablocks import Context, current_context
 from ..engine import engine_state, errors_log
 from ..translations import translate, translate_error
-from . import menus
 from .bases import Icon, LayoutMixin
 from .panel import draw_engine_work
 
@@ -54,7 +53,6 @@ class S2AG_Preferences(LayoutMixin, bpy.types.AddonPreferences):
         if engine_state.STATE.error is not None:
             _draw_error(layout, engine_state.STATE.error)
         self._draw_full(layout, context)
-        menus.draw_key(layout, context)
 
     def _draw_full(self, layout: bpy.types.UILayout, context: Context) -> None:
         """Draw how to choose an engine of the user's own."""

@@ -81,6 +81,7 @@ class S2AG_PT_takes(_SubPanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator("s2ag.recall_take", icon="LOOP_BACK")
         column.operator("s2ag.idle", icon="USER")
+        column.operator("s2ag.generate_strips", icon="SEQUENCE")
         row = column.row(align=True)
         row.operator("s2ag.insert_gesture", icon="VIEW_PAN")
         row.operator("s2ag.save_gesture", text="", icon="ASSET_MANAGER")

@@ -163,9 +163,6 @@ class Sheet:
         self.drawn.append((name, self))
         getattr(bpy.types, name).draw(type("Stand", (), {"layout": self})(), bpy.context)
 
-    def menu_pie(self):
-        return self.column()
-
     def operator_menu_enum(self, name, prop, **_):
         options = self.operator(name)
         assert prop in options.__class__.__dict__, prop

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import CorpusUnreadable
-from ...files import check_input
+from ...files import open_file
 from ...sound.av_decoding import open_container
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def _container(path: Path) -> "Iterator[InputContainer]":
     import av.error
 
     try:
-        check_input(path)
+        open_file(path).close()  # readers that open files by themselves would wait for a pipe
         with open_container(path) as container:
             if not container.streams.video or container.streams.video[0].codec_context is None:
                 raise CorpusUnreadable(f"{path} has no picture that anything here reads.", "Choose a film.")

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from ...face import animation, eyes
-from ...motion.face import GAZE_DEGREES, RATE, VISEMES, Face, channel, lips_closed
+from ...motion.face import CLOSED_JAW, GAZE_DEGREES, RATE, VISEMES, Face, channel
 from ...sound import audio
 from ...synthesis.session import Request, Session
 from ...words import transcript
@@ -186,3 +186,8 @@ def _during(spans: np.ndarray, count: int) -> np.ndarray:
 
 def _share(holds: np.ndarray, rows: np.ndarray) -> float:
     return float(holds[rows].mean()) if rows.any() else float("nan")
+
+
+def lips_closed(weights: np.ndarray) -> np.ndarray:
+    """Return which rows of weights ``(..., channels)`` have closed lips."""
+    return (weights[..., channel("PP")] >= 0.95) & (weights[..., channel("JAW")] <= CLOSED_JAW + 1e-6)

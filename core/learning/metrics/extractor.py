@@ -16,7 +16,7 @@ from torch import nn
 from torch.nn import functional
 
 from ...errors import CheckpointUnreadable, UsageError
-from ...files import atomic_file, check_input
+from ...files import atomic_file, open_file
 from ...model.wave_encoder import FRAMES
 from ...motion.skeleton import MEAN
 from .frechet import frechet_distance
@@ -85,7 +85,7 @@ class Extractor(nn.Module):
     def load(cls, path: str | PathLike) -> "Extractor":
         """Read a file of :meth:`save`; raises :class:`CheckpointUnreadable`."""
         try:
-            check_input(path)
+            open_file(path).close()  # readers that open files by themselves would wait for a pipe
             stored = load_file(Path(path))
             extractor = cls(frames=len(stored["widen.3.weight"]) // 4)
             extractor.load_state_dict(stored)

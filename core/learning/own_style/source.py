@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import own_styles
 from ...errors import UsageError
-from ...files import check_input
+from ...files import open_file
 from ...motion import skeleton
 from ...motion.interpolation import true_runs
 from ...motion.motion import Motion
@@ -39,7 +39,7 @@ def read(paths: Sequence[Path], sound: Path | None = None) -> Source:
     Trials perform ``sound``, by default the recording beside the first file, else the engine's own. Raises :class:`UsageError`
     for too little motion, and the errors of reading files."""
     for path in paths:
-        check_input(path)
+        open_file(path).close()  # readers that open files by themselves would wait for a pipe
     first = paths[0]
     beside = next((path for suffix in _SOUNDS if (path := first.with_suffix(suffix)).is_file()), _CLIP)
     if first.suffix.lower() == own_styles.SUFFIX and len(paths) == 1:

@@ -11,7 +11,7 @@ from safetensors.torch import save_file
 
 from ... import json_text
 from ...errors import CheckpointUnreadable
-from ...files import atomic_file, check_input
+from ...files import atomic_file, open_file
 
 Part: TypeAlias = torch.nn.Module | torch.optim.Optimizer
 
@@ -30,7 +30,7 @@ def save(path: str | PathLike, parts: Mapping[str, Part], facts: dict) -> None:
 def load(path: str | PathLike, parts: Mapping[str, Part], device: str = "cpu") -> dict:
     """Load modules and optimisers from ``path`` and return the facts; raises :class:`CheckpointUnreadable`."""
     try:
-        check_input(path)
+        open_file(path).close()  # readers that open files by themselves would wait for a pipe
         with safe_open(path, framework="pt", device=device) as file:
             facts = json_text.parse(file.metadata()["facts"])
             stored = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a dict)

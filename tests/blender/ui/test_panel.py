@@ -5,7 +5,7 @@ from acted import Sheet, active, drawn, press
 from s2ag.s2ag_blender import registration
 from s2ag.s2ag_blender.rig import readiness
 from s2ag.s2ag_blender.takes import generate, menu_items, operator_base, session
-from s2ag.s2ag_blender.ui import gesture_panel, menus, panel, presets, subpanels
+from s2ag.s2ag_blender.ui import gesture_panel, panel, presets, subpanels
 
 FIRST = {"audio_source", "audio", "transcript_source", "transcript", "style_pick", "s2ag.generate", "live"}
 
@@ -150,12 +150,6 @@ def test_what_buttons_do_is_in_menus_too(figure):
     assert pressed <= in_menus | {"s2ag.open_log"} and "live" in in_menus
     bpy.context.view_layer.objects.active = None
     assert set(entries("VIEW3D_MT_object_animation")) == {"s2ag.show_panel"}
-
-
-def test_a_pie_for_a_key_of_the_users_own(figure):
-    sheet = Sheet()
-    menus.S2AG_MT_pie.draw(type("Stand", (), {"layout": sheet})(), bpy.context)
-    assert len(sheet.drawn) == 8 and {"s2ag.generate", "live", "s2ag.cancel"} <= set(active(sheet))
 
 
 def test_the_tab_says_what_it_is_for(extension):

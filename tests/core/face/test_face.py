@@ -9,9 +9,9 @@ import pytest
 from s2ag.core.face import animation, eyes, visemes
 from s2ag.core.face import phones as phones_module
 from s2ag.core.learning.evaluate import faces
-from s2ag.core.learning.evaluate.faces import closure_times, closures_hit
+from s2ag.core.learning.evaluate.faces import closure_times, closures_hit, lips_closed
 from s2ag.core.motion import skeleton
-from s2ag.core.motion.face import CHANNELS, MOUTH, RATE, VISEMES, Face, channel, lips_closed
+from s2ag.core.motion.face import CHANNELS, MOUTH, RATE, VISEMES, Face, channel
 from s2ag.core.motion.motion import Motion
 from s2ag.core.motion.rhubarb_export import viseme_cues
 from s2ag.core.sound import audio

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from s2ag.core.cli.main import main
 from s2ag.core.errors import UsageError
+from s2ag.core.learning.evaluate.faces import lips_closed
 from s2ag.core.motion import rhubarb
-from s2ag.core.motion.face import channel, lips_closed
+from s2ag.core.motion.face import channel
 from s2ag.core.motion.motion import Motion
 
 TOLD = [("X", 0.0, 0.2), ("A", 0.2, 0.3), ("D", 0.3, 0.6), ("F", 0.6, 0.9), ("X", 0.9, 1.0)]
