@@ -21,7 +21,6 @@ CONTROLS = RATE, HAND, AROUSAL = ("rate", "hand", "arousal")
 """Controls that the answers follow."""
 
 _SALT, _PAUSES = 0xACC, 0xACD
-_OF_LEVEL = prosody.FEATURE_NAMES.index("level")
 _ASKED, _PASSED = 0.85, 0.8
 """Share of the performer's strokes that are asked for, and of the other accents that get none. At 1 for both, seeds
 are no farther apart, and gestures follow the voice less."""
@@ -76,7 +75,7 @@ def accent_channels(
         return None
     time, strength, main = np.array([(a.time, a.strength, a.main) for a in accents], float).T
     at = np.clip((time * skeleton.FPS).astype(int), 0, min(frames, len(rhythm.features)) - 1)
-    level = rhythm.features[at, _OF_LEVEL]
+    level = rhythm.features[at, prosody.FEATURE_NAMES.index("level")]
     taste_at = tastes[np.minimum(at, len(tastes) - 1)].copy()
     taste_at[:, 1] *= np.exp2(_LOUDER * np.clip(level, -1, 1))
     controls = {name: np.ravel(value)[np.minimum(at, np.size(value) - 1)] for name, value in wishes.items()}

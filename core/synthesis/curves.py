@@ -39,6 +39,11 @@ def following(request: Settings, heard: np.ndarray | None, frames: int, rate: fl
     return {name: request.follow * np.interp(at, own, track) for name, track in columns if name not in request.curves}
 
 
+def has_control_curves(request: Settings) -> bool:
+    """Return whether curves of a request steer its style."""
+    return any(name in request.curves for name in CONTROLS)
+
+
 def controls(request: Settings, frames: int) -> np.ndarray:
     """Return the controls at every frame ``(frames, 5)`` float32, in the order of :data:`settings.CONTROLS`."""
     columns = [np.broadcast_to(sample(request, name, frames), (frames,)) for name in CONTROLS]

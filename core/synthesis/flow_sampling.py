@@ -105,7 +105,8 @@ class _Plan:
         drawn = drawn * _cut(self.lively, low, high)
         if self.asked is not None:
             heard = self.network.told(heard, _cut(self.asked[row], low, high))
-        made = self.network.draw(heard, self._style(row, low, high), seeds, drawn, begins)
+        style = self.styles[row] if self.styles.ndim == 2 else _cut(self.styles[row], low, high)
+        made = self.network.draw(heard, style, seeds, drawn, begins)
         for whole, part in zip(wholes, made, strict=True):
             whole[row, start:stop] = part[start - low : stop - low]
 
@@ -117,10 +118,6 @@ class _Plan:
         given[frames, size:-1] = self.extras[low + frames]
         given[frames, -1] = 1
         return given
-
-    def _style(self, row: int, low: int, high: int) -> np.ndarray:
-        style = self.styles[row]
-        return _cut(style, low, high) if style.ndim == 2 else style
 
 
 def _extras(usual: np.ndarray, mask: np.ndarray, poses: np.ndarray) -> np.ndarray:

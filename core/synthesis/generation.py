@@ -51,8 +51,8 @@ def generate(
     tastes = [one.taste(heard.frames) for one in cast]
     lively = [_noise_scale(heard.activity, *each) for each in zip(tastes, wishes, strict=True)]
     settings = {"lively": lively, "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
-    inputs = heard.features.slice
-    drawn, extras = flow_sampling.sample(checkpoint.network, inputs, cast, asked, heard.frames, progress, cancelled, **settings)
+    inputs = heard.features.slice, cast, asked, heard.frames, progress, cancelled
+    drawn, extras = flow_sampling.sample(checkpoint.network, *inputs, **settings)
     kept = [one.given(heard.frames).frames for one in cast for _ in one.latents]
     arms = [_calmed(rest.remove_jitter, *one) for one in zip(drawn, kept, strict=True)]
     if extras.shape[-1] != hand_channels.SIZE:

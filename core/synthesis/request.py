@@ -13,6 +13,7 @@ from ..meaning import document
 from ..motion import skeleton
 from ..motion.motion import Motion
 from ..settings import AFFECTS, CONTROLS, Settings, names_with, table
+from . import curves as curves_module
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Request(Settings):
             object.__setattr__(self, name, value)
         if changes and self.sequence:
             raise UsageError("A style that walks cannot change at moments, too.", "Leave out the walk or the changes.")
-        if self.latent is not None and set(CONTROLS) & set(self.curves):
+        if self.latent is not None and curves_module.has_control_curves(self):
             raise UsageError("A chosen cell has its own controls.", "Leave out their curves.")
 
     def walk(self, speakers: list[dict], hinted: Sequence[tuple] = ()) -> tuple[list[str | dict], list[float]]:

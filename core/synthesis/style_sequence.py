@@ -143,14 +143,14 @@ def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | 
         deviation = np.concatenate([deviation, np.tile(deviation.mean(0), (len(own), 1))])
         mean = np.concatenate([mean, np.array(own, np.float32)])
     drawn = styles.sample_styles(weights, mean, deviation, request.style_seed(weights is None), request.identities)
-    if not checkpoint.config.controls or set(CONTROLS) & set(request.curves):
+    if not checkpoint.config.controls or curves.has_control_curves(request):
         return drawn
     return checkpoint.network.steer(drawn, styles.vary_controls(request.controls, request.keyed_seed, request.identities))
 
 
 def _steering(checkpoint: Any, request: Request, heard: np.ndarray | None) -> Callable[[np.ndarray], np.ndarray] | None:
     """Return what moves styles along the curves of a request's controls and the affect ``heard``, None without any."""
-    curved = bool(set(CONTROLS) & set(request.curves))
+    curved = curves.has_control_curves(request)
     if not curved and not curves.following(request, heard, 1):
         return None
 
