@@ -17,6 +17,7 @@ PACKAGE_VERBS = {
     "meaning": "engine",
     "idle": "engine",
     "lines": "blender",
+    "gestures": "blender",
     "rig": "blender",
     "engine": "full",
     "doctor": "engine",
