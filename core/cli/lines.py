@@ -25,7 +25,7 @@ EXAMPLE = """examples:
   s2ag lines talks.csv --character hero.fbx --fps 30 -o lines.fbx     one file, an action for each line, lines.json beside it
   s2ag lines recordings/ --character hero.glb -o out --each glb      out/NAME.glb and out/NAME.json for each
   s2ag lines talks.csv --character hero.fbx --idle 20 -o lines.glb    and a loop for the time between"""
-ONE_FILE, EACH = (".fbx", ".glb"), ("fbx", "glb", "usd", "bvh")
+ONE_FILE, EACH = (".fbx", ".glb"), ("fbx", "glb", "usd", "bvh", "vrma")
 SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".opus", ".m4a")
 _SETTLE = 0.4
 """Seconds in which a line leaves the pose that all lines share, and returns to it."""

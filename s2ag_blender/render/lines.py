@@ -20,7 +20,7 @@ from ..characters.character import Character
 from ..datablocks import ArmatureObject
 from ..keys import apply, layers
 from ..rig import facemaps
-from . import export, job
+from . import export, job, vrm_animation
 
 
 def main(arguments: list[str]) -> int:
@@ -52,7 +52,8 @@ def perform(asked: dict, voice: program.EventWriter) -> dict:
             for name, action in actions.items():
                 compat.assign_action(armature, action, layers.slot_of(armature, action))
                 scene.frame_start, scene.frame_end = (round(value) for value in action.frame_range)
-                export.export(scene, alone, Path(asked["output"]) / f"{name}.{asked['each']}")
+                write = vrm_animation.write if asked["each"] == "vrma" else export.export
+                write(scene, alone, Path(asked["output"]) / f"{name}.{asked['each']}")
         else:
             _stash(armature, list(actions.values()))
             _write_all(alone, Path(asked["output"]))

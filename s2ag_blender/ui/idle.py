@@ -21,7 +21,6 @@ from ..translations import translate, translate_error
 from .bases import NeedsCharacter, OperatorResult, require_character, why_unchangeable
 
 Made = tuple[list[bpy.types.Action], list[S2agError]]
-"""Actions, and why others were not made."""
 
 
 def idle_in_slices(

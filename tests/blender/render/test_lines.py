@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 import pytest
 from s2ag.core.cli import lines as verb
-from s2ag.core.motion import rest
+from s2ag.core.errors import UsageError
+from s2ag.core.motion import rest, vrma
 from s2ag.core.motion.motion import Motion
 from s2ag.core.synthesis import idling
 from s2ag.s2ag_blender import compat, program
@@ -31,21 +32,19 @@ def motions(tmp_path_factory):
     return {name: str(folder / f"{name}.npz") for name in paths}
 
 
-def write(motions, output, each=None):
-    about = {"character": "mannequin", "gender": "female", "armature": None, "maps": [None, None], "fps": FPS}
+def write(motions, output, each=None, who="mannequin"):
+    about = {"character": who, "gender": "female", "armature": None, "maps": [None, None], "fps": FPS}
     told = []
     result = lines.perform({**about, "lines": motions, "output": str(output), "each": each}, program.EventWriter(told.append))
-    assert result["root"] == "hips"
+    assert result["root"] == {"mannequin": "hips", "human": "root"}[who]
     return result
 
 
 def read_back(path):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.context.scene.render.fps = FPS
-    if path.suffix == ".fbx":
-        bpy.ops.import_scene.fbx(filepath=str(path))
-    else:
-        bpy.ops.import_scene.gltf(filepath=str(path))
+    read = {".fbx": bpy.ops.import_scene.fbx, ".usd": bpy.ops.wm.usd_import}.get(path.suffix, bpy.ops.import_scene.gltf)
+    read(filepath=str(path))
     assert not [item for item in bpy.data.objects if item.type == "MESH" and item.parent is not None]
     (armature,) = [item for item in bpy.data.objects if item.type == "ARMATURE"]
     return armature
@@ -57,10 +56,10 @@ def poses(armature, action, frames):
     compat.assign_action(armature, action, slots[0] if slots else None)
     for track in armature.animation_data.nla_tracks:
         track.mute = True
-    rows = []
+    rows, bones = [], {bone.name.replace("_", "."): bone for bone in armature.pose.bones}  # a name in USD has no dots
     for frame in frames:
         bpy.context.scene.frame_set(int(frame))
-        rows.append([value for name in ("hand.L", "hand.R", "head") for value in armature.pose.bones[name].head])
+        rows.append([value for name in ("hand.L", "hand.R", "head") for value in bones[name].head])
     root = np.array(armature.matrix_world @ armature.pose.bones["hips"].matrix)
     return np.array(rows), root
 
@@ -88,10 +87,50 @@ def test_a_file_for_each_line(motions, tmp_path, kind):
     few = {name: motions[name] for name in ("line_03", "idle")}
     write(few, tmp_path, kind)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"{name}.{kind}" for name in few)
-    if kind in ("fbx", "glb"):
-        armature = read_back(tmp_path / f"line_03.{kind}")
+    for name in few if kind in ("fbx", "glb", "usd") else ():
+        armature = read_back(tmp_path / f"{name}.{kind}")
         action = armature.animation_data.action or armature.animation_data.nla_tracks[0].strips[0].action
-        assert "line_03" in action.name
+        motion, (first, last) = Motion.load(few[name]), action.frame_range
+        assert name in action.name and abs(last - first - (len(motion.directions) - 1) * FPS / motion.fps) <= 1.01
+        placed, root = poses(armature, action, [first, last])
+        assert np.abs(placed[0] - placed[1]).max() < 2e-3 * armature.pose.bones["head"].head.length
+        assert np.abs(root - poses(armature, action, [(first + last) // 2])[1]).max() < 1e-4 * max(np.abs(root).max(), 1)
+
+
+@pytest.mark.parametrize("who", ["mannequin", "human"])
+def test_a_vrm_animation_moves_as_the_character_does(motions, tmp_path, who):
+    write({"line_03": motions["line_03"]}, tmp_path, "vrma", who)
+    document, binary = vrma.read_glb((tmp_path / "line_03.vrma").read_bytes())
+    about = document["extensions"]["VRMC_vrm_animation"]
+    nodes = {human: one["node"] for human, one in about["humanoid"]["humanBones"].items()}
+    assert about["specVersion"] == "1.0" and set(vrma.NEEDED) <= set(nodes) and document["animations"][0]["name"] == "line_03"
+    targets = {(one["target"]["node"], one["target"]["path"]) for one in document["animations"][0]["channels"]}
+    assert targets == {(node, "rotation") for node in nodes.values()} | {(nodes["hips"], "translation")}
+    tree = vrma.Tree(document, binary)
+    seconds = tree.times[-1]
+    assert abs(seconds * FPS - round(seconds * FPS)) < 1e-3 and abs(np.diff(tree.times) - 1 / FPS).max() < 1e-4
+    (armature,) = [item for item in bpy.data.objects if item.type == "ARMATURE"]
+    pairs = [(f"{side}{one}", f"{side}{end}") for side in ("left", "right") for one, end in vrma.LAID.items()]
+    rest, moved = tree.heads(tree.rest), tree.heads(tree.turned)
+    for one, end in [*pairs, ("neck", "head")]:
+        at, to = nodes[one], nodes[end]
+        seen = directed(np.broadcast_to(moved[to] - moved[at], (len(tree.times), 3)))
+        names = document["nodes"][at]["name"], document["nodes"][to]["name"]
+        for frame in (0, 9, 17):
+            bpy.context.scene.frame_set(frame)
+            x, y, z = directed(armature.pose.bones[names[1]].head - armature.pose.bones[names[0]].head)
+            assert np.abs(seen[frame] - (x, z, -y)).max() < 0.02, (one, frame)
+        if one.endswith("Arm"):  # a T-pose at rest
+            assert directed(rest[to] - rest[at])[0] * (1 if one.startswith("left") else -1) > 0.999
+
+
+def directed(vectors):
+    return np.asarray(vectors) / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def test_what_has_no_legs_is_no_vrm_animation():
+    with pytest.raises(UsageError, match="needs the bone hips"):
+        vrma.from_glb(b"", {"head": "head"})
 
 
 def test_a_line_leaves_and_reaches_rest():
