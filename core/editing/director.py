@@ -113,9 +113,5 @@ def perform(
 
 def _key(request: Request) -> str:
     """Return the cache key of a request: its fields and the signature of its files."""
-    fields = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(request).items()}
-    return json.dumps([recording_key(replace(request)), fields], default=_to_json, sort_keys=True)
-
-
-def _to_json(value: object) -> object:
-    return value.tolist() if isinstance(value, np.ndarray) else str(value)
+    whole = [recording_key(replace(request)), asdict(request)]
+    return json.dumps(whole, default=lambda one: one.tolist() if isinstance(one, np.ndarray) else str(one), sort_keys=True)

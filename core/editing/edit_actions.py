@@ -66,6 +66,7 @@ def _noted(before: State, after: State, edit: dict) -> State:
     """Return the state ``after`` an edit with the edit, and what it touched, in its provenance."""
     meta = {**after.motion.meta, "edits": [*before.motion.meta.get("edits", []), edit]}
     meta["touched"] = [*before.motion.meta.get("touched", []), _changed_seconds(before.motion, after.motion)]
+    meta.setdefault(regeneration.PEAKS, regeneration.usual_peaks(before.motion))
     return replace(after, motion=replace(after.motion, meta=meta))
 
 
@@ -97,17 +98,13 @@ def _gesture(state: State, at: float, apart: float, to: float | None = None) -> 
     return gesture, [other for other in detected if other is not gesture and abs(other.at - to) >= apart]
 
 
-def _stroke_frames(gesture: Gesture) -> tuple[int, int]:
-    """Return the first and last frame of a stroke."""
-    return int(gesture.stroke * skeleton.FPS), int(np.ceil(gesture.hold * skeleton.FPS))
-
-
 def _move(filler: Regenerator, state: State, edit: dict, apart: float) -> tuple[State, float]:
     gesture, others = _gesture(state, edit["at"], apart, edit["to"])
     whole = gesture.kind != BEAT
     core = stroke_core.core_at(state.motion, gesture, edit["to"], whole)
     frames = len(state.motion.directions)
-    old = frame_ranges.range_around(others, *_stroke_frames(gesture), frames, frame_ranges.LEAST)
+    first, last = int(gesture.stroke * skeleton.FPS), int(np.ceil(gesture.hold * skeleton.FPS))
+    old = frame_ranges.range_around(others, first, last, frames, frame_ranges.LEAST)
     places = frame_ranges.merge_ranges([old, frame_ranges.range_around(others, core.first, core.last, frames)])
     aim = StrokeTarget(edit["to"], gesture.hand, gesture.size)
     nearer = stroke_placement.SECOND if apart else 0.0
@@ -168,7 +165,7 @@ def _place_core(
     if hands[0] != hands[1]:
         core = stroke_core.swap_hand(core, *hands, ends, span)
     core = stroke_core.scale_core(core, sizes[1], hands[1])
-    core = stroke_core.limit_core_speed(core, at, state.motion, regeneration.peak_motion(state.motion.directions), whole)
+    core = stroke_core.limit_core_speed(core, at, state.motion, regeneration.usual_peaks(state.motion), whole)
     span = frame_ranges.range_around(others, core.first, core.last, frames)
     aim = StrokeTarget(at, hands[1], sizes[0] * sizes[1])
     placed, miss = stroke_placement.place_stroke(filler, state, edit, [span], core, aim, whole, nearer)

@@ -21,6 +21,8 @@ from .stroke_core import ARMS, StrokeCore
 
 ALL = tuple(range(len(skeleton.EDGES)))
 """All edges of the skeleton."""
+PEAKS = "peaks"
+"""Key of the provenance of an edited take for its :func:`usual_peaks`."""
 _BLEND_FRAMES = 5
 """Frames over which hands blend between their old and their new pose."""
 _STRAIGHT, _FACE_EASE = 2e-3, 0.3
@@ -203,12 +205,17 @@ def is_implausible(directions: np.ndarray) -> bool:
 
 
 def speed_excess(before: Motion, after: Motion, places: Sequence[frame_ranges.FrameRange]) -> float:
-    """Return by what share spans and their joins exceed the take's highest wrist speed and acceleration, at least 0."""
-    most, own = 0.0, peak_motion(before.directions)
+    """Return by what share spans and their joins exceed the take's :func:`usual_peaks`, at least 0."""
+    most, own = 0.0, usual_peaks(before)
     for start, stop in places:
         here = peak_motion(after.directions[max(start - _MARGIN, 0) : stop + _MARGIN])
         most = max(most, *(new / max(old, 1e-6) - 1 for new, old in zip(here, own, strict=True)))
     return most
+
+
+def usual_peaks(before: Motion) -> Sequence[float]:
+    """Return the :func:`peak_motion` of a take as it was before its edits: what one may do is not changed by the others."""
+    return before.meta.get(PEAKS) or [float(np.ceil(1e5 * value)) / 1e5 for value in peak_motion(before.directions)]
 
 
 def peak_motion(directions: np.ndarray) -> tuple[float, float]:

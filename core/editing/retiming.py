@@ -20,6 +20,7 @@ from ..synthesis.features import SpeechFeatures
 from ..synthesis.request import Request
 from ..synthesis.session import Session
 from ..synthesis.stages import Stages
+from .regeneration import PEAKS
 from .time_alignment import TimeMap, align_words, unsaid_edits
 
 _TIMES = ("at", "to", "from")
@@ -77,7 +78,7 @@ def shift_meta(meta: Mapping, there: TimeMap) -> dict:
     def at(seconds: Any) -> Any:
         return [at(one) for one in seconds] if isinstance(seconds, list) else round(max(float(there.there(seconds)), 0.0), 4)
 
-    result = dict(meta)
+    result = {name: value for name, value in meta.items() if name != PEAKS}  # tempo changes them
     if "edits" in result:
         edits = result["edits"]
         result["edits"] = [{key: at(value) if key in _TIMES else value for key, value in edit.items()} for edit in edits]

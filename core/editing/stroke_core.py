@@ -1,5 +1,6 @@
 """The core of a gesture: its stroke and early hold, kept unchanged while the transitions around it are regenerated."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -133,7 +134,7 @@ def _balance(core: StrokeCore, scaled: np.ndarray, factor: float) -> np.ndarray:
 
 
 def limit_core_speed(
-    core: StrokeCore, at: float, motion: Motion, fastest: tuple[float, float], trunk: bool = False
+    core: StrokeCore, at: float, motion: Motion, fastest: Sequence[float], trunk: bool = False
 ) -> StrokeCore:
     """Return a core whose wrists do not exceed the ``fastest`` speed and acceleration, in metres and frames.
 

@@ -32,7 +32,7 @@ def ease_joins(
     met."""
     best, least = edited, regeneration.join_strain(before, edited, places)
     frames = len(edited.directions)
-    top = [_TARGET_SHARE * value for value in regeneration.peak_motion(before.directions)]
+    top = [_TARGET_SHARE * value for value in regeneration.usual_peaks(before)]
     for reach in _REACHES:
         if least <= 0:
             break

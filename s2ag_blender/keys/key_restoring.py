@@ -9,10 +9,11 @@ from . import keyframes, layers
 
 
 def restore_outside(former: bpy.types.Action, action: bpy.types.Action, spans: Sequence[tuple[float, float]]) -> None:
-    """Give the curves of ``action`` the keys of ``former`` outside of ``spans`` of frames; curves that only one has stay."""
+    """Give the curves of ``action`` the keys of ``former`` outside of ``spans`` of frames, and those that it lacks, which
+    were keyed by hand."""
     former_curves = {(curve.data_path, curve.array_index): curve for curve in layers.own_curves(former)}
     for curve in layers.own_curves(action):
-        old = former_curves.get((curve.data_path, curve.array_index))
+        old = former_curves.pop((curve.data_path, curve.array_index), None)
         if old is None:
             continue
         kept, new = keyframes.columns(old.keyframe_points), keyframes.columns(curve.keyframe_points)
@@ -22,6 +23,12 @@ def restore_outside(former: bpy.types.Action, action: bpy.types.Action, spans: S
         merged = {key: np.concatenate([kept[key][rows[0]], new[key][rows[1]]]) for key in kept}
         order = np.argsort(merged["co"][:, 0], kind="stable")
         keyframes.replace_keys(curve, {key: values[order] for key, values in merged.items()})
+    bag = layers.own_bag(action)
+    for (path, index), old in former_curves.items():
+        curve = bag.fcurves.new(path, index=index)
+        keyframes.replace_keys(curve, keyframes.columns(old.keyframe_points))
+        if old.group is not None:
+            curve.group = bag.groups.get(old.group.name) or bag.groups.new(old.group.name)
 
 
 def _within(frames: np.ndarray, spans: Sequence[tuple[float, float]]) -> np.ndarray:

@@ -118,10 +118,16 @@ def own_curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
     return compat.curves(action, compat.find_slot(action, json_properties.text(action, _SLOT)))
 
 
+def own_bag(action: bpy.types.Action) -> compat.Bag:
+    """Return where the curves in the character's own slot are."""
+    return compat.bag(action, compat.find_slot(action, json_properties.text(action, _SLOT)))
+
+
 def is_animated(armature: ArmatureObject, base: bpy.types.Action | None) -> bool:
     """Return whether the character has pose animation to blend with; imported FBX actions may move only the object."""
     curves = compat.curves(base, slot_of(armature, base)) if base is not None else ()
-    return any(curve.data_path.startswith("pose.") for curve in curves) or any(_foreign_strips(armature))
+    others = (one.action for one in strips(armature) if one.action is not None and Place.of(one.action) is None)
+    return any(curve.data_path.startswith("pose.") for curve in curves) or any(others)
 
 
 def layer_channels(
@@ -135,7 +141,7 @@ def layer_channels(
     for name, values in rotations.items():
         bone = armature.pose.bones[name]
         if bone.rotation_mode == "QUATERNION":
-            apart = _difference(neutral[name], values)
+            apart = quaternion.multiply(quaternion.conjugate(neutral[name]), values)
             apart = apart if share is None else quaternion.power(apart, share)
             result.append(keyframes.channels(bone, quaternion.continuous(apart)))
             continue
@@ -219,11 +225,6 @@ def hide(armature: ArmatureObject, action: bpy.types.Action) -> None:
                 break
     keyframes.restore_former_values(armature, action)
     faces.hide(armature, action)
-
-
-def _difference(neutral: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the rotations that take ``neutral`` (4,) to ``values`` (keys, 4)."""
-    return quaternion.multiply(quaternion.conjugate(neutral), values)
 
 
 def _activate(armature: ArmatureObject, action: bpy.types.Action | None) -> None:
@@ -336,8 +337,3 @@ def strips(armature: ArmatureObject) -> list[bpy.types.NlaStrip]:
     """Return the NLA strips of a character on tracks that are not muted."""
     data = armature.animation_data
     return [strip for track in (data.nla_tracks if data else ()) for strip in track.strips if not track.mute]
-
-
-def _foreign_strips(armature: ArmatureObject) -> list[bpy.types.NlaStrip]:
-    """Return the strips with actions that are not ours."""
-    return [strip for strip in strips(armature) if strip.action is not None and Place.of(strip.action) is None]

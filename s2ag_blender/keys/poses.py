@@ -44,7 +44,7 @@ def directions(armature: ArmatureObject, bones: Bones, mapping: Mapping, options
     frame = character_frame(bones, mapping)
     shown = posed_bones(armature, bones)
     hips = quaternion.conjugate(_rotation_from_rest(bones, shown, _base_row(bones, mapping)))
-    mean = skeleton.normalize(_to_armature(frame, NEUTRAL))
+    mean = skeleton.normalize(skeleton.canonical_to_blender(np.asarray(NEUTRAL, float)) @ frame)
     pose = mean.copy()
 
     def turned(part: str) -> np.ndarray | None:
@@ -93,17 +93,13 @@ def hands(
 
 def posed_bones(armature: ArmatureObject, bones: Bones) -> Bones:
     """Return the bones with their current pose as matrices."""
-    return replace(bones, matrices=np.array([bone.matrix for bone in _in_order(armature, bones)], float))
+    return replace(bones, matrices=np.array([armature.pose.bones[name].matrix for name in bones.names], float))
 
 
 def to_canonical(armature: ArmatureObject, bones: Bones, mapping: Mapping, vector: np.ndarray) -> np.ndarray:
     """Return a vector (3,) of armature space in the canonical frame, relative to the hips of the current pose."""
     hips = quaternion.conjugate(_rotation_from_rest(bones, posed_bones(armature, bones), _base_row(bones, mapping)))
     return _to_canonical(character_frame(bones, mapping), quaternion.rotate(hips, np.asarray(vector, float)))
-
-
-def _in_order(armature: ArmatureObject, bones: Bones) -> list[bpy.types.PoseBone]:
-    return [armature.pose.bones[name] for name in bones.names]
 
 
 def _rotation_from_rest(bones: Bones, posed: Bones, row: int) -> np.ndarray:
@@ -119,10 +115,6 @@ def _base_row(bones: Bones, mapping: Mapping) -> int:
     """Return the row of the parent of the spine, or -1."""
     chain = mapping.chains.get("torso")
     return int(bones.parents[bones.row(chain[0])]) if chain else -1
-
-
-def _to_armature(frame: np.ndarray, canonical: np.ndarray) -> np.ndarray:
-    return skeleton.canonical_to_blender(np.asarray(canonical, float)) @ frame
 
 
 def _to_canonical(frame: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -41,8 +41,5 @@ def playing(scene: bpy.types.Scene, path: str | Path, start_frame: int) -> Sound
 def of_file(scene: bpy.types.Scene, path: str | Path) -> list[SoundStrip]:
     """Return all strips of a sound file."""
     path = Path(path).resolve()
-    return [strip for strip in compat.sound_strips(scene) if strip.sound is not None and _file(strip.sound) == path]
-
-
-def _file(sound: bpy.types.Sound) -> Path:
-    return Path(bpy.path.abspath(sound.filepath, library=sound.library)).resolve()
+    heard = [(strip, strip.sound) for strip in compat.sound_strips(scene) if strip.sound is not None]
+    return [strip for strip, one in heard if Path(bpy.path.abspath(one.filepath, library=one.library)).resolve() == path]

@@ -80,7 +80,8 @@ def trim(armature: ArmatureObject, bones: Sequence[str]) -> None:
             for constraint in list(bone.constraints):
                 bone.constraints.remove(constraint)
             armature.data.bones[bone.name].bbone_segments = 1
-    if not any(_uses_curved_bones(constraint) for name in kept for constraint in armature.pose.bones[name].constraints):
+    constraints = [one for name in kept for one in armature.pose.bones[name].constraints]
+    if not any(one.type == "ARMATURE" or getattr(one, "use_bbone_shape", False) for one in constraints):
         armature.data.animation_data_clear()
 
 
@@ -136,10 +137,6 @@ def moves_by_itself(depsgraph: bpy.types.Depsgraph, item: bpy.types.Object) -> b
 
 def _driver(curve: bpy.types.FCurve) -> bpy.types.Driver:
     return cast(bpy.types.Driver, curve.driver)
-
-
-def _uses_curved_bones(constraint: bpy.types.Constraint) -> bool:
-    return constraint.type == "ARMATURE" or getattr(constraint, "use_bbone_shape", False)
 
 
 def _driver_bones(curves: Iterable[bpy.types.FCurve]) -> list[str]:

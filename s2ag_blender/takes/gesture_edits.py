@@ -28,6 +28,8 @@ _WORD_MARGIN = 0.2
 """Seconds before and after chosen words that are regenerated with them."""
 _EDIT_MARGIN = 2.0 / 15
 """Seconds around an edited range in which keys change, too, because they lie between frames of the motion."""
+_BESIDE = 0.8
+"""Seconds beside an edit in which another one that is done after it may come out otherwise."""
 _MARKER_NAME = re.compile(r"#\d+ ")
 _NUMBER = int | float
 _KINDS = (_NUMBER, str, str, _NUMBER, str, _NUMBER, _NUMBER)
@@ -255,12 +257,31 @@ def restore_untouched_keys(former: bpy.types.Action, action: bpy.types.Action, s
     meta, before = provenance.read(action), provenance.read(former)
     if not meta or not before or any(meta.get(name) != before.get(name) for name in ("start", "place", timing.WAY)):
         return
-    every = [_performed(one) for one in (before, meta)]
-    same = next((at for at, (old, new) in enumerate(zip(*every, strict=False)) if old[0] != new[0]), min(map(len, every)))
-    spans = [span for one in every for _, touched in one[same:] for span in touched]
+    spans = _performed_anew(*(_performed(one) for one in (before, meta)))
     clock = timing.clock_of(meta, scene_fps(scene))
     near = [(clock.frame(low - _EDIT_MARGIN), clock.frame(high + _EDIT_MARGIN)) for low, high in spans]
     key_restoring.restore_outside(former, action, near)
+
+
+def _performed_anew(old: list[tuple[dict, list]], new: list[tuple[dict, list]]) -> list[list[float]]:
+    """Return the spans of seconds in which two takes differ: those of edits that one of them lacks, or that were done elsewhere
+    in it, and those of edits that were done after these, and so again, in or beside their spans."""
+    pairs = enumerate(zip(old, new, strict=False))
+    same = next((at for at, (one, other) in pairs if one[0] != other[0]), min(len(old), len(new)))
+    alone, both = old[same:], []
+    for one in new[same:]:
+        if one in alone:
+            alone.remove(one)
+            both.append(one)
+        else:
+            alone.append(one)
+    spans: list[list[float]] = []
+    while alone:
+        spans += [span for _, touched in alone for span in touched]
+        near = [(low - _BESIDE, high + _BESIDE) for low, high in spans]
+        alone = [one for one in both if any(low <= own[1] and own[0] <= high for own in one[1] for low, high in near)]
+        both = [one for one in both if one not in alone]
+    return spans
 
 
 def _performed(meta: dict[str, Any]) -> list[tuple[dict, list]]:

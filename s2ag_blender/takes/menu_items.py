@@ -210,15 +210,10 @@ def _second_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
     return [(NOBODY, "Nobody", "Only the first style", 0), *_ordered(speakers, 1)]
 
 
-def _is_shipped(speakers: tuple[tuple[str, str], ...]) -> bool:
-    """Return whether the speakers have temperaments by which the menu can sort them, but for the user's own."""
-    return {name for name, _ in speakers} >= set().union(*TEMPERAMENTS.values())
-
-
 def _ordered(speakers: tuple[tuple[str, str], ...], first: int) -> list[tuple]:
     """Return the items of speakers, numbered from ``first`` on, by temperament with headings, else by name."""
     items = {name: (name, name[:1].upper() + name[1:], text, number) for number, (name, text) in enumerate(speakers, first)}
-    if not _is_shipped(speakers):
+    if not items.keys() >= set().union(*TEMPERAMENTS.values()):  # the menu cannot sort them
         return [items[name] for name in sorted(items)]
     own = tuple(sorted(set(items).difference(*TEMPERAMENTS.values())))
     below = [(label, names or own) for label, names in TEMPERAMENTS.items() if names or own]

@@ -75,12 +75,14 @@ def unmute_strip_of(armature: ArmatureObject, action: bpy.types.Action) -> list[
     mine = {json_properties.text(take.action, TAG) for take in armature.s2ag.takes if take.action is not None}
     mine -= {shown, *_shown_elsewhere(armature)}
     silenced = []
-    for strip in _ours():
+    for strip in [one for scene in bpy.data.scenes for one in compat.sound_strips(scene) if TAG in one]:
         if (tag := json_properties.text(strip, TAG)) == shown:
             if strip.get(_SILENCED):
                 strip.mute = False
                 del strip[_SILENCED]
-        elif tag in mine and not strip.mute and place.overlaps(*_frames(strip)):
+        elif tag in mine and not strip.mute and place.overlaps(
+            round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1
+        ):
             strip.mute = strip[_SILENCED] = True
             silenced.append(strip.name)
     return silenced
@@ -95,16 +97,8 @@ def remove_unused() -> None:
             _siblings(scene, strip).remove(strip)
 
 
-def _ours() -> list[SoundStrip]:
-    return [strip for scene in bpy.data.scenes for strip in compat.sound_strips(scene) if TAG in strip]
-
-
 def _shown_elsewhere(armature: ArmatureObject) -> set[str]:
     """Return the tags of the shown takes of all other characters."""
     others = [item.s2ag for item in bpy.data.objects if is_armature(item) and item != armature]
     shown = [one.takes[one.active_take].action for one in others if 0 <= one.active_take < len(one.takes)]
     return {json_properties.text(action, TAG) for action in shown if action is not None}
-
-
-def _frames(strip: SoundStrip) -> tuple[int, int]:
-    return round(compat.visible_start(strip)), round(compat.strip_end(strip)) - 1

@@ -32,7 +32,8 @@ class S2AG_UL_gestures(bpy.types.UIList):
             return
         row = layout.split(factor=_WORD_SHARE, align=True)
         moved = item.frame != gesture.frame
-        kind = _hand_label(gesture.hand) if gesture.kind == BEAT else menu_items.gesture_label(gesture.kind)
+        hands = {"left": translate("Left"), "right": translate("Right"), "both": translate("Both")}
+        kind = hands.get(gesture.hand, gesture.hand) if gesture.kind == BEAT else menu_items.gesture_label(gesture.kind)
         row.label(text=f"{item.frame}  {gesture.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
         row.label(text=kind, translate=False)
 
@@ -46,11 +47,6 @@ class S2AG_UL_gestures(bpy.types.UIList):
         for place, number in enumerate(places):
             order[number] = place
         return flags, order
-
-
-def _hand_label(name: str) -> str:
-    """Return the label of a hand in one word."""
-    return {"left": translate("Left"), "right": translate("Right"), "both": translate("Both")}.get(name, name)
 
 
 class S2AG_OT_show_markers(OnTake, bpy.types.Operator):

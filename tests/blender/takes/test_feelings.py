@@ -1,8 +1,9 @@
 """Feelings from here, rests and points among the kinds, errors that leave, and keys on what can vary alone."""
 
 import bpy
+import numpy as np
 import pytest
-from acted import apart, curves, now, pose, press
+from acted import apart, curves, now, pose, press, same_curves
 from mathutils import Quaternion
 from s2ag.s2ag_blender.takes import decisions, gesture_edits, menu_items, session, take_list
 from s2ag.s2ag_blender.ui import decisions as panel
@@ -19,6 +20,25 @@ def test_a_feeling_begins_at_the_playhead_and_is_a_decision_that_can_be_changed(
     assert press(bpy.ops.s2ag.change_decision, number=0, arousal=-0.4, valence=0.0, dominance=0.0) == {"FINISHED"}
     assert gesture_edits.edits_of(now(speaker))[0]["arousal"] == pytest.approx(-0.4)
     assert "feel" in panel._CHANGEABLE
+
+
+def test_keys_set_by_hand_stay_where_a_later_change_of_feeling_touches_nothing(speaker, take):
+    """Also those in the span of an earlier edit, and those of properties that no gesture keys."""
+    scene = bpy.context.scene
+    scene.use_preview_range, scene.frame_preview_start, scene.frame_preview_end = True, 20, 80
+    assert press(bpy.ops.s2ag.rest_range, what="PREVIEW") == {"FINISHED"}
+    bone = next(one for one in speaker.pose.bones if "arm" in one.name.lower())
+    scene.frame_set(50)
+    bone.rotation_quaternion = bone.rotation_quaternion @ Quaternion((1, 0, 0), 0.3)
+    for path in ("rotation_quaternion", "location"):
+        bone.keyframe_insert(path, frame=50)
+    before = curves(now(speaker))
+    scene.frame_set(240)
+    assert press(bpy.ops.s2ag.feeling_from, mood="excited") == {"FINISHED"}
+    after = curves(now(speaker))
+    assert before.keys() == after.keys() and not same_curves(before, now(speaker))
+    early = {key: [points[points[:, 0] < 200] for points in (before[key], after[key])] for key in before}
+    assert all(np.array_equal(old, new) for old, new in early.values())
 
 
 @pytest.mark.slow

@@ -32,6 +32,16 @@ def pointing(motion):
     return [one for one in gestures.find_gestures(motion) if one.kind == "point" and abs(one.at - 8.0) < 0.15]
 
 
+def test_an_edit_does_not_depend_on_those_of_other_moments(director, request_, base):
+    """The fastest stroke of the take, which is at 8.7 s, is what no edit may exceed, also where it is at rest by now."""
+    first = {"do": "change", "at": gestures.find_gestures(base)[1].at, "hand": "left"}
+    rest = {"do": "rest", "from": 8.2, "to": 10.4}
+    alone, after = (director.direct(request_, one).motions[0] for one in ([first], [rest, first]))
+    before = round(7.8 * skeleton.FPS)
+    assert alone.meta["touched"][0][0][1] < 7.8 and np.array_equal(alone.directions[:before], after.directions[:before])
+    assert alone.meta["peaks"] == after.meta["peaks"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", [STYLE, FEELING], ids=["style", "feeling"])
 def test_decisions_stand_in_a_style_that_was_chosen_after_them(director, request_, decided, turn):
