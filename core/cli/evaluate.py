@@ -25,6 +25,7 @@ EXAMPLE = """examples:
   s2ag evaluate --data corpus --speech corpus/speech --material PATH --compare old.safetensors --films --report report
   s2ag evaluate --faces --human voice.wav
   s2ag evaluate --talk --material PATH --data corpus      is it told apart from people's talk?
+  s2ag evaluate --idles --material PATH                   are idles told apart from people who wait?
   s2ag evaluate --listens --human talk.wav --acted actors --reading reader --report report
   s2ag evaluate --affect actors --reading talk.wav
   s2ag evaluate --capture --report films      does s2ag capture see what was performed?"""
@@ -46,6 +47,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--material, and --data only to judge the corpus, too"
     )
     parser.add_argument("--talk", action="store_true", help=talk)
+    idles = "measure only how far idles are told apart from captured people who wait; needs --material"
+    parser.add_argument("--idles", action="store_true", help=idles)
     people_data = "talk: a data set of people's talk, made by s2ag data, as one more kind of people; several times for several"
     parser.add_argument("--people", metavar="FOLDER", type=Path, action="append", default=[], help=people_data)
     keyed = "talk: count faults on this character, too, as Blender keys it; several times for several (mannequin, human:mixamo)"
@@ -85,6 +88,8 @@ def run(options: argparse.Namespace) -> int:
             raise AudioUnreadable(f"The recording {path} does not exist.", "Check the name and the folder.")
     if options.faces:
         return _faces(people, options.report)
+    if options.idles:
+        return _idles(options)
     if options.talk:
         return _talk(options)
     if options.capture:
@@ -123,6 +128,19 @@ def run(options: argparse.Namespace) -> int:
     verdicts = [outcome.report["verdicts"], *outcome.report["variety_verdicts"].values()]
     missed = dict.fromkeys(key for each in verdicts for key, verdict in each.items() if verdict["reached"] is False)
     note(f"{place / 'report.md'} is written; {len(missed)} goals are missed{': ' if missed else ''}{', '.join(missed)}.")
+    return 0
+
+
+def _idles(options: argparse.Namespace) -> int:
+    """Print how far idles are told apart from captured ones."""
+    from ..learning.evaluate import idles
+
+    if options.material is None:
+        raise UsageError("--material is required.", "Name the folder that holds rocketbox_clips/.")
+    set_passive_waiting()
+    with Progress() as progress:
+        verdicts = idles.judge(options.material, progress)
+    print(idles.page(verdicts))
     return 0
 
 
