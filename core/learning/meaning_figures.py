@@ -1,8 +1,8 @@
 """Measures whether every schema's gestures differ from the plain performance as they are meant.
 
 Each form of each schema is performed at the word in three styles, by a document (docs/meaning.md), and measured at its stroke:
-how far wrists go up, out and forward, how far apart hands are, how much of a circle is drawn, which fingers are straight, how
-far the head turns and shoulders rise.
+how far wrists go up, out and forward, how far apart hands are, how round a path is and how often it turns back, how near to the
+chest a hand is, which fingers are straight, how far the head turns and shoulders rise.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,10 +24,16 @@ _AFTER = 1.2
 """Seconds after a stroke in which head and shoulders are seen."""
 NUMBERS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 _WIDER, _CLOSER = ("wide", "grow", "big", "split", "open"), ("merge",)
-_OUT, _IN = ("forward", "future", "push", "give", "throw", "out", "far"), ("back", "past", "pull", "take", "come")
-_DOWN = ("fall", "low", "force", "certain", "now", "here")
+_OUT, _IN = ("forward", "future", "push", "give", "throw", "out", "far", "refusal"), ("back", "past", "pull", "take", "come")
+_DOWN = ("fall", "low", "force", "certain", "now", "here", "step")
 _UP = ("rise", "high", "think", "listen", "phone", "eat")
-_ACROSS = ("across", "wave", "away", "we", "around", "there", "whole", "many")
+_ACROSS = ("across", "wave", "away", "we", "around", "there", "whole", "many", "contrast")
+_SMALL = ("small", "narrow", "near", "shrink", "container", "hold", "close", "few", "part")
+_ROUND = {"circle": 60.0, "mix": 300.0, "repeat": 300.0}
+"""Least degrees, less where a path is not round; of two hands that draw a circle each draws half."""
+_TIMES = {"shake": 3, "balance": 2}
+_CHEST, _SWING = np.array([0.0, 0.15, 0.12]), 0.03
+"""Where the chest is below the shoulders and before them; metres of a swing that counts."""
 _EITHER = ("long", "surface", "line", "cut", "in", "fast", "greet")
 """Schemas whose forms go different ways, but far."""
 
@@ -104,7 +110,6 @@ def measure(schema: str, first: int, last: int, body: Body, plain: Body) -> dict
     places = body.wrists
     arm = int(np.linalg.norm(np.diff(places[first : last + 1], axis=0), axis=-1).sum(0).argmax())
     way = places[first : last + 1, arm] * (-1 if arm == 0 else 1, -1, 1)  # outward, up, forward
-    turned = np.diff(np.unwrap(_angles(way)))
     gap = np.linalg.norm(places[:, 0] - places[:, 1], axis=-1)
     straight = body.straight[last + 1]
     near = slice(first, last + round(_AFTER * skeleton.FPS))
@@ -120,18 +125,33 @@ def measure(schema: str, first: int, last: int, body: Body, plain: Body) -> dict
         "forward": float(way[-1, 2] - way[0, 2]),
         "gap": float(gap[last]),
         "widened": float(gap[last] - gap[first]),
-        "round": float(np.degrees(np.abs(turned.sum()))),
+        "round": _round(way),
+        "swings": float(max(_swings(along) for along in way.T)),
+        "chest": float(np.linalg.norm(places[last] - _CHEST, axis=-1).min()),
+        "held": 0.0 if straight[arm] <= 1 else float(gap[last]),
         "fingers": float(straight.sum() if schema in NUMBERS[5:] else straight[arm]),
         "shake": float(np.ptp(head)),
         "shoulders": float(np.degrees(lift[0] - lift[1])),
     }
 
 
-def _angles(way: np.ndarray) -> np.ndarray:
-    """Return the angles ``(frames,)`` of a path about its middle, in the plane in which it is largest."""
+def _round(way: np.ndarray) -> float:
+    """Return the degrees by which a path turns about its middle, in the plane in which it is largest, times how round it is."""
     flat = way - way.mean(0)
-    axes = np.linalg.svd(flat, full_matrices=False)[2][:2]
-    return np.arctan2(*(flat @ axes.T).T)
+    _, sizes, axes = np.linalg.svd(flat, full_matrices=False)
+    turned = np.diff(np.unwrap(np.arctan2(*(flat @ axes[:2].T).T)))
+    return float(np.degrees(np.abs(turned.sum())) * sizes[1] / max(sizes[0], 1e-9))
+
+
+def _swings(along: np.ndarray) -> int:
+    """Return how often a hand turns back along an axis, by more than :data:`_SWING`."""
+    turns, way, farthest = 0, 0, along[0]
+    for place in along:
+        if way * (place - farthest) >= 0:
+            farthest, way = place, way or int(np.sign(place - along[0]))
+        elif abs(place - farthest) > _SWING:
+            turns, way, farthest = turns + 1, -way, place
+    return turns
 
 
 def meant(schema: str, seen: dict[str, float]) -> tuple[str, bool]:
@@ -150,9 +170,16 @@ def meant(schema: str, seen: dict[str, float]) -> tuple[str, bool]:
         return "way", seen["way"] >= 0.2
     if schema in _SIDE:
         return "side", seen["side"] * (-1 if schema == "left" else 1) > 0.2
-    least = {"circle": 180.0, "mix": 400.0}  # of two hands each draws half a circle
-    if schema in least:
-        return "round", seen["round"] >= least[schema]
+    if schema in _ROUND:
+        return "round", seen["round"] >= _ROUND[schema]
+    if schema in _TIMES:
+        return "swings", seen["swings"] >= _TIMES[schema]
+    if schema in _SMALL:
+        return "held", seen["held"] <= 0.32 and seen["away"] >= 0.1
+    if schema in ("me", "heart"):
+        return "chest", seen["chest"] <= 0.25
+    if schema == "shrug":
+        return "shoulders", seen["shoulders"] >= 7
     if schema == "negation":
         return "shake", seen["shake"] > 2
     return "away", seen["away"] >= 0.1
