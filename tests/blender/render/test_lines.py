@@ -91,7 +91,9 @@ def test_a_file_for_each_line(motions, tmp_path, kind):
         armature = read_back(tmp_path / f"{name}.{kind}")
         action = armature.animation_data.action or armature.animation_data.nla_tracks[0].strips[0].action
         motion, (first, last) = Motion.load(few[name]), action.frame_range
-        assert name in action.name and abs(last - first - (len(motion.directions) - 1) * FPS / motion.fps) <= 1.01
+        if kind != "usd" or bpy.app.version >= (4, 5):  # 4.2 gives what it imports from USD a name of its own
+            assert name in action.name
+        assert abs(last - first - (len(motion.directions) - 1) * FPS / motion.fps) <= 1.01
         placed, root = poses(armature, action, [first, last])
         assert np.abs(placed[0] - placed[1]).max() < 2e-3 * armature.pose.bones["head"].head.length
         assert np.abs(root - poses(armature, action, [(first + last) // 2])[1]).max() < 1e-4 * max(np.abs(root).max(), 1)
