@@ -226,7 +226,7 @@ def test_edits_follow_each_other_and_are_told(director, after, base):
 
 def vars_of(director, base):
     """The request of a take by its provenance."""
-    known = director.session._memory._heard[0][0][0]
+    known = director.session._memory.heard[0][0][0]
     wanted = provenance.request_from_meta(base.meta, known, transcript=str(known).replace(".flac", ".txt"))
     return {name: getattr(wanted, name) for name in wanted.__dataclass_fields__}
 
