@@ -15,8 +15,8 @@ _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
 _CALMER = 0.3
 """... and by this share at an arousal of -1: chance has most of the arms' movement, and calm bodies are to have little."""
-_OTHER_HAND = 0.4
-"""... and for the arm that never leads: with equal chance both arms move more alike than those of the corpus."""
+_OTHER_HAND, _LEADING_HAND = 0.3, 0.1
+"""... and for the arm that never leads, and what the leading one gains: with equal chance arms move more alike than directed."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -107,7 +107,7 @@ def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mappin
     if tastes is not None:
         right = accent_selection.right_leads(tastes, wishes, len(activity))
         for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
-            scale[:, arm] *= 1 - _OTHER_HAND * np.maximum(other, 0)[:, None]
+            scale[:, arm] *= 1 - (np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other)[:, None]
     return scale
 
 
