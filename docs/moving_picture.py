@@ -1,4 +1,4 @@
-"""Makes the moving picture at the head of README, ``hello.webp``: some seconds of the film of the shipped recording.
+"""Makes README's pictures of the shipped recording: some seconds of its film, ``hello.webp``, and five moments, ``hello.png``.
 
 In an environment with the extras ``blender`` and ``dev`` (Pillow comes with matplotlib), from the root of a checkout::
 
@@ -18,6 +18,8 @@ ROOT = Path(__file__).resolve().parents[1]
 FPS, SIDE, QUALITY, LARGEST = 12, 720, 66, 1_500_000
 SECONDS = (0.3, 10.6)
 """From "I made this for you" to "needs both arms"."""
+MOMENTS, SIZE = (1.0, 2.4, 5.1, 8.9, 10.2), (420, 420)
+"""Seconds of the film that the gallery shows, and the size of each."""
 CROP, SHOWN = (0.22, 0.04, 0.78, 0.60), (400, 400)
 """Left, top, right and bottom of what is shown of a square film, from the hips up, in shares of its side; and its size."""
 
@@ -28,21 +30,30 @@ def film(path: Path) -> None:
     subprocess.run([sys.executable, "-m", "s2ag", "animate", ROOT / "examples/hello.flac", *how, "-o", path], check=True)
 
 
-def pictures(path: Path, first: float, last: float) -> list[Image.Image]:
+def pictures(path: Path, first: float, last: float, size: tuple[int, int] = SHOWN) -> list[Image.Image]:
     """Return the frames of a film between two seconds."""
     with av.open(str(path)) as opened:
         frames = [frame.to_image() for frame in opened.decode(video=0) if first <= float(frame.time or 0) < last]
     box = [round(share * frames[0].width) for share in CROP]
-    return [frame.crop(tuple(box)).resize(SHOWN, Image.Resampling.LANCZOS) for frame in frames]
+    return [frame.crop(tuple(box)).resize(size, Image.Resampling.LANCZOS) for frame in frames]
+
+
+def moments(path: Path) -> Image.Image:
+    """Return a row of a film's moments."""
+    row = Image.new("RGB", (len(MOMENTS) * SIZE[0], SIZE[1]))
+    for number, at in enumerate(MOMENTS):
+        row.paste(pictures(path, at, at + 1 / FPS, SIZE)[0], (number * SIZE[0], 0))
+    return row
 
 
 def main(source: str = "", first: str = str(SECONDS[0]), last: str = str(SECONDS[1])) -> None:
-    """Write ``hello.webp``, and say how large it is."""
+    """Write both pictures, and say how large the moving one is."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(source or folder) / ("" if source else "hello.mp4")
         if not source:
             film(path)
         frames = pictures(path, float(first), float(last))
+        moments(path).save(ROOT / "docs" / "hello.png")
     out = ROOT / "docs" / "hello.webp"
     options = {"duration": 1000 // FPS, "loop": 0, "quality": QUALITY, "method": 4}
     frames[0].save(out, save_all=True, append_images=frames[1:], **options)
