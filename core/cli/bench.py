@@ -91,10 +91,12 @@ def run(options: argparse.Namespace) -> int:
     from ..learning.bench import run as bench
     from ..learning.bench.external_rows import SHIPPED
     from ..learning.bench.setting import SETTINGS
+    from ..learning.metrics import rhythm
     from ..learning.systems.catalogue import ALL_SYSTEMS, SYSTEMS
     from ..learning.train.logbook import parse_kinds
     from ..learning.train.process import Interruption
 
+    rhythm.onset_detector()  # what judges the trainings is asked for before them
     if options.threads:
         torch.set_num_threads(options.threads)
     time_is_up = bench.minutes_left(options.minutes)

@@ -25,7 +25,7 @@ def curve_values(action: bpy.types.Action, frames: Sequence[float], bones: Colle
 
 
 def lead_through(action: bpy.types.Action, targets: Targets, fps: float) -> None:
-    """Bend the curves of an action through ``targets``; they get keys with exactly these values there."""
+    """Bend the curves of an action through ``targets``; those that do not pass there get keys with exactly these values."""
     present = {(curve.data_path, curve.array_index): curve for curve in layers.own_curves(action)}
     for path in dict.fromkeys(path for path, _ in targets):
         curves = {index: present[path, index] for one, index in targets if one == path and (path, index) in present}
@@ -37,6 +37,8 @@ def lead_through(action: bpy.types.Action, targets: Targets, fps: float) -> None
         if path.endswith("rotation_quaternion"):  # both signs are the same rotation
             sign = np.where(sum(target[index] * now[index] for index in curves) < 0, -1.0, 1.0)
             target = {index: sign * column for index, column in target.items()}
+        if all(np.allclose(target[index], now[index], rtol=0, atol=1e-6) for index in curves):
+            continue
         for index, curve in curves.items():
             _lead(curve, at, target[index], target[index] - now[index], EASE * fps)
 

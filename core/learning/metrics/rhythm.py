@@ -3,7 +3,7 @@
 Beats and onsets are seconds from the window's start.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -22,13 +22,18 @@ MEAN_CHANGE = np.array([0.003454, 0.007043, 0.003494, 0.007205])
 _ANGLES = ((3, 4), (4, 5), (6, 7), (7, 8))
 
 
-def onsets(wave: np.ndarray, rate: int = 16000) -> np.ndarray:
-    """Detect onsets of a mono recording ``(n,)`` with librosa; raises :class:`EngineMissing` without it."""
+def onset_detector() -> Callable[..., np.ndarray]:
+    """Return librosa's detector of onsets; raises :class:`EngineMissing` without it."""
     try:
         import librosa
     except ModuleNotFoundError as error:
         raise EngineMissing("The Python package librosa is missing.", 'Install it with: pip install "s2ag[bench]"') from error
-    return librosa.onset.onset_detect(y=np.asarray(wave, np.float32), sr=rate, units="time")
+    return librosa.onset.onset_detect
+
+
+def onsets(wave: np.ndarray, rate: int = 16000) -> np.ndarray:
+    """Detect onsets of a mono recording ``(n,)``; raises :class:`EngineMissing` as :func:`onset_detector`."""
+    return onset_detector()(y=np.asarray(wave, np.float32), sr=rate, units="time")
 
 
 def motion_beats(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarray:

@@ -10,7 +10,7 @@ from bodies import performance
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import compat
-from s2ag.s2ag_blender.keys import density, key_reduction, keyframes, layers, pacing
+from s2ag.s2ag_blender.keys import curve_targets, density, key_reduction, keyframes, layers, pacing
 from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import take_list
 
@@ -195,3 +195,19 @@ def test_stillness_has_no_beats():
     assert not len(found.rows)
     kept = key_reduction.reduce_keys(np.arange(40.0), np.ones((40, 4)), 1e-3, found)
     assert kept.rows.tolist() == [0, 39] and kept.kinds == ("KEYFRAME", "KEYFRAME")
+
+
+def test_curves_that_pass_through_their_targets_get_no_keys(actor):
+    bone = actor.pose.bones[0]
+    for frame, at in ((1, 0.0), (40, 0.2)):
+        bone.location = at, 0.0, 0.0
+        bone.keyframe_insert("location", frame=frame)
+    action, path = actor.animation_data.action, bone.path_from_id("location")
+    frames = np.arange(5.0, 30.0)
+    targets = {key: one for key, one in curve_targets.curve_values(action, frames).items() if key[0] == path}
+    before = curves(action)
+    curve_targets.lead_through(action, targets, 24.0)
+    assert all(np.array_equal(points, before[key]) for key, points in curves(action).items())
+    targets[path, 0][1][:] += 0.1
+    curve_targets.lead_through(action, targets, 24.0)
+    assert len(curves(action)[path, 0]) > len(before[path, 0])

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -94,3 +95,12 @@ def test_one_command_makes_data_and_table(tmp_path):
     assert meta["source"] == "shares" and [one["name"] for one in meta["speakers"]] == [speech.VOICES[0]]
     split = np.load(out / "data" / "split.npy")
     assert np.bincount(split).tolist() == [8, 1, 1] and "by known shares" in (out / "table.md").read_text()
+
+
+def test_what_judges_is_asked_for_before_anything_is_made(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("torch")
+    from s2ag.core.cli.main import main
+
+    monkeypatch.setitem(sys.modules, "librosa", None)  # as where it is not installed
+    assert main(["bench", "--setting", "claim-small", "--out", str(tmp_path / "out")]) == 2
+    assert "librosa is missing" in capsys.readouterr().err and not (tmp_path / "out").exists()
