@@ -14,9 +14,8 @@ from .. import compat
 from ..datablocks import ArmatureObject, Context, current_context
 from ..keys import apply
 from ..rig import chosen_bones
-from ..takes import drafts, generate, session, sources, stored_settings
+from ..takes import drafts, generate, plans, session, sources, stored_settings
 from ..takes.operator_base import SlicedOperator, armature_of, character
-from ..takes.plans import Handle, Plan
 from ..translations import translate, translate_error
 from .bases import NeedsCharacter, OperatorResult, require_character, why_unchangeable
 
@@ -69,7 +68,7 @@ class MakesMany(SlicedOperator, NeedsCharacter):
 
 def gesture_in_slices(armature: ArmatureObject, names: list[str]) -> Generator[float | None, None, Made]:
     """Make a take for each sound strip, which plays on a strip of the NLA or layer of its own; yield as above."""
-    who, actions, errors = Handle.of(armature), [], []
+    who, actions, errors = plans.Handle.of(armature), [], []
     for number, name in enumerate(names):
         try:
             run = session.Run(current_context(), armature, _plan_strip(who.find(bpy.data.objects) or armature, name))
@@ -88,7 +87,7 @@ def gesture_in_slices(armature: ArmatureObject, names: list[str]) -> Generator[f
     return actions, errors
 
 
-def _plan_strip(armature: ArmatureObject, name: str) -> Plan:
+def _plan_strip(armature: ArmatureObject, name: str) -> "plans.Plan":
     settings: Any = armature.s2ag
     asked = sources.settings_of_strip(settings, name)
     before = {name: getattr(settings, name) for name in asked}
