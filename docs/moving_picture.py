@@ -30,19 +30,20 @@ def film(path: Path) -> None:
     subprocess.run([sys.executable, "-m", "s2ag", "animate", ROOT / "examples/hello.flac", *how, "-o", path], check=True)
 
 
-def pictures(path: Path, first: float, last: float, size: tuple[int, int] = SHOWN) -> list[Image.Image]:
-    """Return the frames of a film between two seconds."""
+def pictures(path: Path) -> list[tuple[float, Image.Image]]:
+    """Return the frames of a film with their seconds, as far as they are shown."""
     with av.open(str(path)) as opened:
-        frames = [frame.to_image() for frame in opened.decode(video=0) if first <= float(frame.time or 0) < last]
-    box = [round(share * frames[0].width) for share in CROP]
-    return [frame.crop(tuple(box)).resize(size, Image.Resampling.LANCZOS) for frame in frames]
+        frames = [(float(frame.time or 0), frame.to_image()) for frame in opened.decode(video=0)]
+    box = [round(share * frames[0][1].width) for share in CROP]
+    return [(at, frame.crop(tuple(box))) for at, frame in frames]
 
 
-def moments(path: Path) -> Image.Image:
+def moments(frames: list[tuple[float, Image.Image]]) -> Image.Image:
     """Return a row of a film's moments."""
     row = Image.new("RGB", (len(MOMENTS) * SIZE[0], SIZE[1]))
-    for number, at in enumerate(MOMENTS):
-        row.paste(pictures(path, at, at + 1 / FPS, SIZE)[0], (number * SIZE[0], 0))
+    for number, moment in enumerate(MOMENTS):
+        frame = next(frame for at, frame in frames if at >= moment)
+        row.paste(frame.resize(SIZE, Image.Resampling.LANCZOS), (number * SIZE[0], 0))
     return row
 
 
@@ -52,8 +53,9 @@ def main(source: str = "", first: str = str(SECONDS[0]), last: str = str(SECONDS
         path = Path(source or folder) / ("" if source else "hello.mp4")
         if not source:
             film(path)
-        frames = pictures(path, float(first), float(last))
-        moments(path).save(ROOT / "docs" / "hello.png")
+        every = pictures(path)
+    moments(every).save(ROOT / "docs" / "hello.png")
+    frames = [frame.resize(SHOWN, Image.Resampling.LANCZOS) for at, frame in every if float(first) <= at < float(last)]
     out = ROOT / "docs" / "hello.webp"
     options = {"duration": 1000 // FPS, "loop": 0, "quality": QUALITY, "method": 4}
     frames[0].save(out, save_all=True, append_images=frames[1:], **options)

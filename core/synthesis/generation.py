@@ -47,8 +47,8 @@ def generate(
         inputs = heard.features.slice, heard.frames, _latents(heard, cast), poses
         return GeneratedTakes(windows.perform(checkpoint, *inputs, progress, cancelled), (None,) * len(poses))
     wishes = [_controls(heard, one) for one in cast]
-    asked = [_asked_strokes(checkpoint, heard, one, controls) for one, controls in zip(cast, wishes, strict=True)]
     tastes = [one.taste(heard.frames) for one in cast]
+    asked = [_asked_strokes(checkpoint, heard, *each) for each in zip(cast, tastes, wishes, strict=True)]
     lively = [_noise_scale(heard.activity, *each) for each in zip(tastes, wishes, strict=True)]
     settings = {"lively": lively, "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
     inputs = heard.features.slice, cast, asked, heard.frames, progress, cancelled
@@ -79,17 +79,16 @@ def _controls(heard: SpeechFeatures, performers: StyleSequence) -> dict[str, np.
 
 
 def _asked_strokes(
-    checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, controls: dict[str, np.ndarray | float]
+    checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, tastes: np.ndarray | None, controls: Mapping
 ) -> np.ndarray | None:
     """Return the strokes that each take is asked for ``(takes, frames, 7)``: those of marks in the words, then accents that
-    its taste answers."""
+    its ``tastes`` (:meth:`StyleSequence.taste`) answer."""
     frames, request = heard.frames, performers.request
     if not checkpoint.meanings:
         return None
     written = stroke_conditions.stroke_channels(heard.wishes, heard.words, checkpoint.meanings, frames, controls["hand"])
     rhythm = heard.rhythm
-    tastes = performers.taste(frames) if rhythm is not None and rhythm.accents else None
-    if tastes is None or rhythm is None:
+    if tastes is None or rhythm is None or not rhythm.accents:
         return None if written is None else np.repeat(written[None], len(performers.latents), axis=0)
     marked = np.zeros((frames, len(stroke_requests.CHANNELS)), np.float32) if written is None else written
     taken = marked[:, 0] > 0
