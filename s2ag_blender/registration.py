@@ -1,39 +1,23 @@
 """Registers all classes and properties in one order; unregisters them in reverse."""
 
+import importlib
+import pkgutil
 from types import ModuleType
 from typing import Any
 
 import bpy
 
-from . import translations
-from .ui import (
-    bone_check,
-    bone_maps,
-    command,
-    decisions,
-    directing,
-    drop,
-    engine_ops,
-    from_here,
-    gesture_assets,
-    gesture_panel,
-    handlers,
-    idle,
-    import_motion,
-    learn,
-    marks,
-    menus,
-    operators,
-    panel,
-    preferences,
-    presets,
-    properties,
-    sidebar,
-    subpanels,
-    take_ops,
-    try_it,
-    version_ops,
-)
+from . import translations, ui
+from .ui import command, engine_ops, handlers, import_motion, menus, presets, properties
+
+FIRST = "preferences", "properties", "panel", "subpanels", "gesture_panel"
+"""Files of ``ui`` whose classes those of other files point to, in the order in which they are registered."""
+
+
+def _modules() -> list[ModuleType]:
+    """Return all modules of ``ui``."""
+    others = {one.name for one in pkgutil.iter_modules(ui.__path__)} - set(FIRST)
+    return [importlib.import_module(f".{name}", ui.__name__) for name in (*FIRST, *sorted(others))]
 
 
 def classes_of(module: ModuleType) -> list[type]:
@@ -42,34 +26,7 @@ def classes_of(module: ModuleType) -> list[type]:
     return [one for one in own if one.__name__.startswith("S2AG_")]
 
 
-MODULES = (
-    preferences,
-    properties,
-    operators,
-    try_it,
-    marks,
-    bone_maps,
-    bone_check,
-    take_ops,
-    directing,
-    from_here,
-    version_ops,
-    learn,
-    import_motion,
-    idle,
-    gesture_assets,
-    panel,
-    subpanels,
-    gesture_panel,
-    decisions,
-    menus,
-    sidebar,
-    engine_ops,
-    presets,
-    drop,
-)
-"""Modules with classes, in the order in which they are registered: property groups before what points to them."""
-CLASSES = [cls for module in MODULES for cls in classes_of(module)]
+CLASSES = [cls for module in _modules() for cls in classes_of(module)]
 SYSTEMS = (translations, presets, command, menus, import_motion, handlers)
 """Modules that register what is no class: translations, preset folders, commands, menu entries, handlers."""
 _OBJECT: Any = bpy.types.Object

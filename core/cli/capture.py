@@ -5,7 +5,8 @@ from pathlib import Path
 
 from ..errors import UsageError
 from ..files import check_output
-from .progress import Progress, note
+from . import share_lines
+from .progress import note
 from .synthesis_options import add_words, words_from
 
 SUMMARY = "take the motion of a person from a film"
@@ -23,6 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     who = "who, of several: a number from the left, left or right (default: the one who speaks, else the largest)"
     parser.add_argument("--person", metavar="N", help=who)
     add_words(parser.add_mutually_exclusive_group(), no_transcript=True)
+    share_lines.configure(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -37,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
     estimator.python()  # raise errors now
     file, text, heard = words_from(options)
     ways = TranscriptOptions(Cache(default_folder()), recognise=heard)
-    with Progress() as progress:
+    with share_lines.chosen(options, "look") as progress:
         try:
             made = motion.capture(options.audio, options.output, options.person, (file, text), ways, progress)
         except KeyboardInterrupt:

@@ -6,8 +6,8 @@ from pathlib import Path
 from ..errors import UsageError
 from ..files import check_output
 from ..settings import checkpoint_of
-from . import synthesis_options
-from .progress import Progress, note
+from . import share_lines, synthesis_options
+from .progress import note
 
 SUMMARY = "learn a style of your own from motion"
 EXAMPLE = """examples:
@@ -26,6 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     where = "file of the style (default: in your folder of styles, where --style NAME finds it)"
     parser.add_argument("-o", "--output", metavar="STYLE.json", type=Path, help=where)
     synthesis_options.add_checkpoint(parser)
+    share_lines.configure(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     if name.lower() in (one["name"].lower() for one in describe(checkpoint_of(options))["speakers"] if "own" not in one):
         raise UsageError(f"There is a style {name} already.", "Give it another --name.")
     path = check_output(options.output) if options.output else path
-    with Progress() as progress:
+    with share_lines.chosen(options, "learn") as progress:
         style, table = fit.learn(Session(checkpoint_of(options)), found, name, lambda value: progress("learn", value))
     own_styles.write(style, path)
     print(table)

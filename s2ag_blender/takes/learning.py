@@ -3,7 +3,6 @@
 import re
 import shutil
 import subprocess
-import tempfile
 import time
 from collections.abc import Generator
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 
 from ...core import child_process, own_styles
 from ...core.errors import OutputUnwritable, UsageError
+from ...core.files import scratch_folder
 from ...core.motion import skeleton
 from ...core.motion.motion import Motion
 from ...core.motion.readers import ten_joints
@@ -106,21 +106,30 @@ def style_in_slices(path: str | Path, weights: str, python: str | None) -> Gener
             own_styles.write(style, own_styles.path_of(style["name"]))
             return style["name"]
     arguments = [str(path)] if path.suffix.lower() == own_styles.SUFFIX else [str(path), "--name", path.stem.replace("_", " ")]
-    command = [*client.engine_command("core.cli.main", python), "learn", *arguments]
-    with tempfile.TemporaryFile() as told:
+    yield from command_in_slices(["learn", *arguments], python)
+    return own_styles.read(path)["name"] if path.suffix.lower() == own_styles.SUFFIX else arguments[-1]
+
+
+def command_in_slices(arguments: list[str], python: str | None) -> Generator[float, None, list[str]]:
+    """Run a command of the engine's Python that tells shares; yield the share that is done, return its notes.
+
+    Raises :class:`UsageError` with what it says where it fails; it ends when this is closed."""
+    command = [*client.engine_command("core.cli.main", python), *arguments, "--shares"]
+    with scratch_folder() as folder, (folder / "told").open("w+b") as told:
         ends = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": told}
         process = subprocess.Popen(command, env=child_process.environment(), **ends, **child_process.own_group_options())
         try:
             while process.poll() is None:
-                yield 0.0
+                shares = re.findall(r"(\d+)%\n", (folder / "told").read_text("utf-8", "replace"))
+                yield int(shares[-1]) / 100 if shares else 0.0
                 time.sleep(0.02)
         finally:
             child_process.kill_tree(process)
-        told.seek(0)
-        lines = told.read().decode("utf-8", "replace").replace("s2ag: ", "").split("\n")
+        text = (folder / "told").read_text("utf-8", "replace").replace("s2ag: ", "")
+    lines = [line for line in text.splitlines() if line and not line.endswith("%")]
     if process.returncode:
-        raise UsageError(" ".join(lines[-2:]).strip() or "The style was not learned.", "")
-    return own_styles.read(path)["name"] if path.suffix.lower() == own_styles.SUFFIX else arguments[-1]
+        raise UsageError(" ".join(lines[-1:]) or "The engine stopped.", "")
+    return [line.removeprefix("note: ") for line in lines]
 
 
 def _bones_of_joints(mapping: Mapping) -> dict[str, tuple[str, bool]]:

@@ -1,17 +1,22 @@
-"""Operators that learn from hand-made animation: it is saved with its speech as training data, and becomes a style."""
+"""Operators that learn from animation, which becomes training data or a style, and from films, which become takes."""
 # pyright: reportInvalidTypeForm=false
 
 from collections.abc import Generator
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any, cast
 
 import bpy
 
+from .. import provenance
 from ..datablocks import Context, current_context
 from ..engine import engine_state
-from ..takes import drafts, learning, menu_items, sources
+from ..keys import layers
+from ..takes import drafts, learning, menu_items, sound_strips, sources, take_list
 from ..takes.operator_base import SlicedOperator
 from ..translations import translate
-from .bases import NeedsCharacter, OperatorResult, require_character
+from . import import_motion
+from .bases import NeedsCharacter, OfCharacter, OperatorResult, require_character
 
 
 class S2AG_OT_learn(NeedsCharacter, bpy.types.Operator):
@@ -46,18 +51,10 @@ class S2AG_OT_learn(NeedsCharacter, bpy.types.Operator):
         return translate("{name} is saved; train with: s2ag data plain", name=path.name)
 
 
-class S2AG_OT_own_style(SlicedOperator, NeedsCharacter, bpy.types.Operator):
-    """Add a style of your own to the menu: one that was learned, or one to learn from a motion file of somebody who talks"""
-
-    bl_label = "Style from File"
+class _FromFile(SlicedOperator, NeedsCharacter):
+    """Base of operators that let the engine work on a file, which is chosen first."""
 
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json;*.npz;*.bvh", options={"HIDDEN"})
-
-    def slices(self, context: Context) -> Generator[float, None, str]:
-        settings = require_character(context).s2ag
-        weights = menu_items.speakers_and_controls(settings).get("hash", "")
-        return learning.style_in_slices(bpy.path.abspath(self.filepath), weights, engine_state.interpreter(context))
 
     def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
         if self.filepath:
@@ -67,10 +64,51 @@ class S2AG_OT_own_style(SlicedOperator, NeedsCharacter, bpy.types.Operator):
 
     def execute(self, context: Context) -> OperatorResult:
         if not bpy.app.background and context.window is not None:
-            return cast(Any, bpy.ops).s2ag.own_style("INVOKE_DEFAULT", filepath=self.filepath)
+            button = getattr(cast(Any, bpy.ops).s2ag, self.bl_idname.removeprefix("S2AG_OT_"))
+            return button("INVOKE_DEFAULT", filepath=self.filepath)
         return super().execute(context)
+
+
+class S2AG_OT_own_style(_FromFile, bpy.types.Operator):
+    """Add a style of your own to the menu: one that was learned, or one to learn from a motion file of somebody who talks"""
+
+    bl_label = "Style from File"
+
+    filter_glob: bpy.props.StringProperty(default="*.json;*.npz;*.bvh", options={"HIDDEN"})
+
+    def slices(self, context: Context) -> Generator[float, None, str]:
+        settings = require_character(context).s2ag
+        weights = menu_items.speakers_and_controls(settings).get("hash", "")
+        return learning.style_in_slices(bpy.path.abspath(self.filepath), weights, engine_state.interpreter(context))
 
     def finished(self, outcome: str) -> OperatorResult:
         require_character(current_context()).s2ag.style_pick = outcome
         self.report({"INFO"}, translate("The style {name} is in the menu", name=outcome))
+        return {"FINISHED"}
+
+
+class S2AG_OT_capture_film(OfCharacter, _FromFile, bpy.types.Operator):
+    """Take the motion of a person from a film, with its sound, as a take; Escape stops, the same film goes on from there"""
+
+    bl_label = "Capture from Film"
+
+    filter_glob: bpy.props.StringProperty(default="*.mp4;*.mov;*.mkv;*.webm;*.avi;*.m4v", options={"HIDDEN"})
+
+    def slices(self, context: Context) -> Generator[float, None, tuple[Path, list[str]]]:
+        film = Path(bpy.path.abspath(self.filepath))
+        motion = film.with_name(f"{film.stem} captured.npz")
+        command = learning.command_in_slices(["capture", str(film), "-o", str(motion)], engine_state.interpreter(context))
+        return motion, (yield from command)
+
+    def finished(self, outcome: tuple[Path, list[str]]) -> OperatorResult:
+        (path, notes), armature, scene = outcome, require_character(current_context()), current_context().scene
+        drafts.drop(armature)
+        action = import_motion.apply_motion_file(armature, path, None, False, notes.append)
+        place = layers.Place("ACTION", round(action.frame_range[0]), round(action.frame_range[1]))
+        provenance.stamp(action, {**provenance.require(action), "place": asdict(place)})
+        if (sound := path.with_suffix(".wav")).is_file():
+            strip = sound_strips.add_strip(scene, str(sound), scene.frame_start, path.stem, armature.s2ag.add_sound)
+            action[sound_strips.TAG] = strip[0]
+        take_list.add_takes(armature, [action], path.stem, notes)
+        self.report({"INFO"}, translate("{name} performs {file}", name=armature.name, file=action.name))
         return {"FINISHED"}

@@ -50,6 +50,7 @@ class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
         layout.operator("s2ag.generate_strips", icon="SEQUENCE")
         layout.operator("s2ag.insert_gesture", icon="VIEW_PAN")
         layout.operator("s2ag.save_gesture", icon="ASSET_MANAGER")
+        layout.operator("s2ag.capture_film")
         layout.operator("s2ag.learn")
         layout.operator("s2ag.own_style")
 

@@ -286,5 +286,6 @@ class S2AG_PT_advanced(_SubPanel, bpy.types.Panel):
 
     def draw_settings(self, layout: bpy.types.UILayout, armature: ArmatureObject, settings: Any, context: Context) -> None:
         draw_group(layout, settings, "advanced")
+        layout.operator("s2ag.capture_film", icon="CAMERA_DATA")
         layout.operator("s2ag.learn", icon="ACTION")
         layout.operator("s2ag.own_style", icon="COMMUNITY")

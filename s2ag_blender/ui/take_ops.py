@@ -35,7 +35,8 @@ class OfTake(GeneratingOperator, Button):
     @classmethod
     def unknown(cls, take: Any) -> str:
         """Return which information, missing on a take, prevents the operator; empty if nothing is missing."""
-        return "" if provenance.read(take.action) is not None else translate("Nothing is known of how this take was made")
+        known = "settings" in (provenance.read(take.action) or {})
+        return "" if known else translate("Nothing is known of how this take was made")
 
     @classmethod
     def why_not(cls, context: Context) -> str:
@@ -179,10 +180,7 @@ class S2AG_OT_recall_take(OnTake, bpy.types.Operator):
 
     @classmethod
     def why_not(cls, context: Context) -> str:
-        if reason := super().why_not(context):
-            return reason
-        known = "settings" in (provenance.read(selected(context)[1].action) or {})
-        return "" if known else translate("Nothing is known of how this take was made")
+        return super().why_not(context) or OfTake.unknown(selected(context)[1])
 
     def work(self, context: Context) -> str | None:
         armature = require_character(context)

@@ -1,6 +1,8 @@
 """A performance animated in Blender comes back as the motion it was keyed from, and becomes a take to learn from."""
 
 import json
+import shutil
+import sys
 
 import bpy
 import numpy as np
@@ -12,10 +14,11 @@ from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.core.synthesis.request import Request
 from s2ag.core.synthesis.session import Session
-from s2ag.s2ag_blender import provenance
+from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.characters import mannequin
+from s2ag.s2ag_blender.engine import client
 from s2ag.s2ag_blender.keys.apply import apply_motion
-from s2ag.s2ag_blender.takes import engine_requests, learning, menu_items
+from s2ag.s2ag_blender.takes import engine_requests, learning, menu_items, take_list
 from s2ag.s2ag_blender.ui import subpanels
 
 
@@ -130,3 +133,36 @@ def test_a_take_is_read_as_a_performance(wave, tmp_path, examples):
     learning.save_take(armature, tmp_path / "ann", str(examples / "hello.flac"), str(examples / "hello.json"), first=1, last=90)
     (one,) = readers.recordings(readers.plain(tmp_path))
     assert one.speaker == "ann" and len(one.words) > 20 and np.isfinite(one.directions).all()
+
+
+def test_a_film_becomes_a_take_with_its_sound(speaker, wave, voice, tmp_path, monkeypatch):
+    """A package that finds nothing but this: what it wrote is keyed, listed and heard, and its notes are the take's."""
+    captured = tmp_path / "talk captured.npz"
+    wave(45).save(captured)
+    shutil.copyfile(voice, captured.with_suffix(".wav"))
+    lines = "import sys", "print('40%', file=sys.stderr)", "print('s2ag: note: The film has 1 cuts.', file=sys.stderr)"
+    command = [sys.executable, "-c", "\n".join(lines)]
+    monkeypatch.setattr(client, "engine_command", lambda module, python: command)
+    assert drawn(subpanels.S2AG_PT_advanced)["s2ag.capture_film"]
+    bpy.ops.s2ag.capture_film(filepath=str(tmp_path / "talk.mp4"))
+    take = take_list.active(speaker)
+    assert take.recording == captured.stem and take.warnings == "The film has 1 cuts."
+    assert take.first == bpy.context.scene.frame_start and take.last - take.first == pytest.approx(44 * 24 / 15, abs=1)
+    assert speaker.animation_data.action == take.action
+    assert not any(button.poll() for button in (bpy.ops.s2ag.reroll, bpy.ops.s2ag.recall_take, bpy.ops.s2ag.delete_gesture))
+    assert any(strip.sound and strip.name.startswith(captured.stem) for strip in compat.sound_strips(bpy.context.scene))
+
+
+def test_what_a_film_lacks_is_said_in_one_sentence(speaker, tmp_path, monkeypatch):
+    """The extension alone, the package without the estimator, and a command that is stopped."""
+    film = tmp_path / "talk.mp4"
+    film.write_bytes(b"no film")
+    monkeypatch.setenv("S2AG_CAPTURE_PYTHON", str(tmp_path / "gone"))
+    with pytest.raises(RuntimeError, match="pip install mediapipe"):
+        bpy.ops.s2ag.capture_film(filepath=str(film))
+    assert not speaker.s2ag.takes
+    slices = learning.command_in_slices(["capture", str(film), "-o", str(tmp_path / "x.npz")], None)
+    assert next(slices) == 0.0
+    slices.close()
+    with pytest.raises(StopIteration):
+        next(slices)
