@@ -79,10 +79,10 @@ def run(mode: str, pictures: Iterator[tuple[bool, np.ndarray]], hear: Callable[[
 
     Errors of ``pictures`` are raised here. Raises :class:`EngineMissing` where the program cannot run.
     """
-    command, failure = [python(), "-I", os.fspath(_PROGRAM)], []
     first = next(pictures, None)
     if first is None:
         return
+    command, failure = [python(), "-I", os.fspath(_PROGRAM)], []
     height, width = first[1].shape[:2]
 
     def data() -> Iterator[bytes]:

@@ -1,4 +1,4 @@
-"""Speaker identification from motion: a linear classifier on statistics of whole performances."""
+"""Speaker identification from motion: a linear classifier on statistics of performances or long windows of them."""
 
 import numpy as np
 
@@ -27,19 +27,33 @@ def features(directions: np.ndarray) -> np.ndarray:
     return np.concatenate([*shape, quantiles.ravel(), sides, high])
 
 
-def accuracy(train: np.ndarray, names: np.ndarray, test: np.ndarray, truth: np.ndarray) -> float:
-    """Return the share of ``test`` rows whose nearest class mean of ``train``, whitened within classes, is the true one.
+class Judge:
+    """Linear discriminant analysis with a shrunk covariance: tells the class of features by the nearest mean, whitened."""
 
-    ``train`` and ``test`` ``(n, d)`` features, ``names`` and ``truth`` ``(n,)`` class numbers. This is linear discriminant
-    analysis with a shrunk covariance.
+    def __init__(self, features: np.ndarray, names: np.ndarray):
+        """Learn from ``features`` ``(n, d)`` of the classes ``names`` ``(n,)``."""
+        self.classes = np.unique(names)
+        self._centre, self._scale = features.mean(axis=0), features.std(axis=0) + 1e-6
+        rows = (features - self._centre) / self._scale
+        self._means = np.stack([rows[names == one].mean(axis=0) for one in self.classes])
+        within = rows - self._means[np.searchsorted(self.classes, names)]
+        covariance = within.T @ within / max(len(rows) - len(self.classes), 1)
+        covariance += (_SHRINK * np.trace(covariance) / len(covariance) + 1e-6) * np.eye(len(covariance))
+        self._whiten = np.linalg.cholesky(np.linalg.inv(covariance))
+
+    def distances(self, features: np.ndarray) -> np.ndarray:
+        """Return the squared distances ``(n, classes)`` of features ``(n, d)`` from the means."""
+        rows = (features - self._centre) / self._scale
+        return (((rows @ self._whiten)[:, None] - self._means @ self._whiten) ** 2).sum(-1)
+
+    def told(self, features: np.ndarray) -> np.ndarray:
+        """Return the classes ``(n,)`` of features ``(n, d)``."""
+        return self.classes[self.distances(features).argmin(axis=1)]
+
+
+def accuracy(train: np.ndarray, names: np.ndarray, test: np.ndarray, truth: np.ndarray) -> float:
+    """Return the share of ``test`` rows of which a :class:`Judge` of ``train`` tells the true class.
+
+    ``train`` and ``test`` ``(n, d)`` features, ``names`` and ``truth`` ``(n,)`` class numbers.
     """
-    classes = np.unique(names)
-    centre, scale = train.mean(axis=0), train.std(axis=0) + 1e-6
-    train, test = (train - centre) / scale, (test - centre) / scale
-    means = np.stack([train[names == one].mean(axis=0) for one in classes])
-    within = train - means[np.searchsorted(classes, names)]
-    covariance = within.T @ within / max(len(train) - len(classes), 1)
-    covariance += (_SHRINK * np.trace(covariance) / len(covariance) + 1e-6) * np.eye(len(covariance))
-    whiten = np.linalg.cholesky(np.linalg.inv(covariance))
-    distance = np.linalg.norm((test @ whiten)[:, None] - means @ whiten, axis=-1)
-    return float((classes[np.argmin(distance, axis=1)] == truth).mean())
+    return float((Judge(train, names).told(test) == truth).mean())

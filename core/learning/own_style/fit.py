@@ -22,7 +22,7 @@ from ...synthesis import accent_selection, generation, postprocess
 from ...synthesis.request import Request
 from ...synthesis.session import Session
 from ...synthesis.stages import Stages
-from . import manner
+from . import camera, manner
 from .source import Source
 
 STAGE_SECONDS = 60.0
@@ -122,17 +122,19 @@ def learn(session: Session, source: Source, name: str, progress: Callable[[float
 
 def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda value: None) -> Fit:
     """Fit a style to the manner of a source."""
-    target = np.array(list(source.manner.values())) / _SCALES
+    target = np.array([source.manner.get(name, np.nan) for name in manner.FIGURES]) / _SCALES
     known = speakers(stage.checkpoint)
     places, parts = np.stack([_numbers(one) for one in known]), _FIRST + ROUNDS
     found = stage.known
     if found is None:
         found = stage.known = np.mean([_perform(stage, known, progress, part, parts) for part in range(_FIRST)], axis=0)
-    off = ((found - target) ** 2).sum(1) / _SURE
+    off = np.nansum((found - target) ** 2, axis=1) / _SURE
     shares = np.exp(off.min() - off)
     shares /= shares.sum()
     usual = skeleton.normalize(np.tensordot(shares, np.stack([one.rest for one in known]), 1))
-    waits = usual if source.waits is None else source.waits
+    waits = usual.copy() if source.waits is None else source.waits.copy()
+    if source.filmed:
+        waits[list(camera.POSTURE)] = usual[list(camera.POSTURE)]
     centre = places.mean(0)
     tried, sizes, axes = np.linalg.svd(places - centre, full_matrices=False)
     tried, axes = tried[:, :AXES] * np.sqrt(len(known)), (sizes[:, None] * axes)[:AXES] / np.sqrt(len(known))
@@ -142,7 +144,7 @@ def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda
         trials = here + _REACH * random.standard_normal((TRIALS, len(axes)))
         made = _perform(stage, [_style(centre + one @ axes, waits) for one in trials], progress, part, parts)
         tried, found = np.concatenate([tried, trials]), np.concatenate([found, made])
-        here = _step(tried, found - target, here, start)
+        here = _step(tried, np.nan_to_num(found - target), here, start)
     ends = [_style(shares @ places, waits), _style(centre + here @ axes, waits)]
     manners = [manner.mean(stage.perform([one] * _BATCH, _LAST_SEED)) for one in ends]
     apart = [manner.apart(source.manner, one) for one in manners]
@@ -212,11 +214,11 @@ def _excerpt(sound: Path, folder: Path) -> tuple[Path, int]:
 
 
 def _table(source: Source, found: Fit, name: str, like: str) -> str:
-    pairs = zip(manner.told(source.manner).items(), manner.told(found.manner).values(), strict=True)
+    theirs, seen = manner.told(found.manner), manner.told(source.manner)
     apart = manner.apart(source.manner, found.manner)
     lines = [
         f"{'':30}{'source':>10}{name[:12]:>14}",
-        *(f"{what:30}{mine:10.2f}{theirs:14.2f}" for (what, mine), theirs in pairs),
+        *(f"{what:30}{mine:10.2f}{theirs[what]:14.2f}" for what, mine in seen.items()),
         f"{name} is {apart:.2f} from its source, {like}, where it began, {found.beginning:.2f} "
         "(1: as two performances of one style).",
     ]

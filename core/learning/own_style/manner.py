@@ -39,14 +39,15 @@ def mean(manners: Sequence[dict[str, float]]) -> dict[str, float]:
 
 
 def apart(one: dict[str, float], other: dict[str, float]) -> float:
-    """Return how far two manners are apart: 1 for two performances of one style, by the root mean square of all figures."""
-    steps = [(one[name] - other[name]) / scale for name, scale in FIGURES.items()]
+    """Return how far two manners are apart: 1 for two performances of one style, by the root mean square of all figures that
+    both have."""
+    steps = [(one[name] - other[name]) / scale for name, scale in FIGURES.items() if name in one and name in other]
     return float(np.sqrt(np.mean(np.square(steps)) / 2))
 
 
 def told(figures: dict[str, float]) -> dict[str, float]:
     """Return the figures that are told to people: speeds in m/s, sizes in m."""
-    return {
+    told = {
         "wrist speed, m/s": float(np.exp(figures["speed"]) - _LEAST),
         "hands' height, m": (figures["left height"] + figures["right height"]) / 2,
         "hands apart, m": figures["open"],
@@ -55,8 +56,8 @@ def told(figures: dict[str, float]) -> dict[str, float]:
         "strokes a minute": figures["strokes"],
         "size of strokes, m": float(np.exp(figures["size"])),
         "time at rest": figures["rest"],
-        "lean of the trunk, degrees": figures["lean"],
     }
+    return {**told, "lean of the trunk, degrees": figures["lean"]} if "lean" in figures else told
 
 
 def waiting_pose(motions: Sequence[np.ndarray]) -> np.ndarray | None:
@@ -68,8 +69,13 @@ def waiting_pose(motions: Sequence[np.ndarray]) -> np.ndarray | None:
     return skeleton.normalize(frames[waits].mean(0)) if waits.sum() >= FPS else None
 
 
+def smoothed(motion: np.ndarray) -> np.ndarray:
+    """Return a motion ``(frames, 9, 3)`` without the tremble of a capture."""
+    return skeleton.normalize(gaussian(np.asarray(motion, float), _EASE))
+
+
 def _of_motion(motion: np.ndarray) -> dict[str, float]:
-    smooth = skeleton.normalize(gaussian(np.asarray(motion, float), _EASE))
+    smooth = smoothed(motion)
     points, speeds = skeleton.wrists(smooth), strokes.wrist_speeds(smooth)
     faster, heights, moves = speeds.max(1), -points[..., 1], speeds > MOVING
     places = strokes.stroke_places(faster, FPS)

@@ -13,7 +13,7 @@ from ...motion import skeleton
 from ...motion.interpolation import true_runs
 from ...motion.motion import Motion
 from ...motion.readers import motion_files
-from . import manner
+from . import camera, manner
 
 SHORTEST = 20.0
 """Seconds of motion from which on a style can be learned."""
@@ -24,13 +24,15 @@ _CLIP = Path(__file__).parents[2] / "assets" / "hello.mp3"
 
 
 class Source(NamedTuple):
-    """A name, the manner, the pose ``(9, 3)`` to wait in (None if not seen), a recording, and seconds of motion."""
+    """A name, the manner, the pose ``(9, 3)`` to wait in (None if not seen), a recording, seconds of motion, and whether a film
+    showed it: then manner and pose lack the body's usual posture."""
 
     name: str
     manner: dict[str, float]
     waits: np.ndarray | None
     sound: Path
     seconds: float
+    filmed: bool = False
 
 
 def read(paths: Sequence[Path], sound: Path | None = None) -> Source:
@@ -45,8 +47,16 @@ def read(paths: Sequence[Path], sound: Path | None = None) -> Source:
     if first.suffix.lower() == own_styles.SUFFIX and len(paths) == 1:
         style = own_styles.read(first)
         return Source(style["name"], style["manner"], np.array(style["rest"]), sound or beside, float(style["seconds"]))
-    pieces = [piece for path in paths for piece in seen(motion_files.load(path))]
-    return of_motions(first.stem, pieces, sound or beside)
+    motions = [motion_files.load(path) for path in paths]
+    found = of_motions(first.stem, [piece for motion in motions for piece in seen(motion)], sound or beside)
+    filmed = all("captured" in motion.meta for motion in motions)
+    return of_film(found) if filmed else found
+
+
+def of_film(found: Source, added: dict[str, float] | None = None) -> Source:
+    """Return a source that was captured without what a film adds to its manner (:data:`camera.CHANGES` if None)."""
+    figures = camera.undone(found.manner, camera.CHANGES if added is None else added)
+    return found._replace(manner=figures, filmed=True)
 
 
 def of_motions(name: str, motions: Sequence[np.ndarray], sound: Path) -> Source:

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from s2ag.core.cli.main import main
 from s2ag.core.errors import CorpusUnreadable, EngineMissing, UsageError
+from s2ag.core.files import sha256
 from s2ag.core.learning.capture import body, correction, estimator, film, hands, motion, people, smoothing
 from s2ag.core.learning.capture.landmarks import Landmarks
+from s2ag.core.learning.own_style import filming
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 
@@ -166,6 +168,22 @@ def test_films_are_read_with_their_times_and_cuts(tmp_path):
         film.facts(tmp_path / "none.mp4")
 
 
+def test_films_of_performers_are_not_made_or_looked_at_again(tmp_path):
+    av = pytest.importorskip("av")
+    piece = performed(8)[::2].astype(np.float32)
+    path = tmp_path / "the-coach-1.mp4"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for _ in range(8):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(np.zeros((48, 64, 3), np.uint8), format="rgb24")))
+        container.mux(stream.encode(None))
+    seen(performed(8), film=np.array(sha256(path))).save(path.with_suffix(".seen.npz"))
+    made = filming.through_films(tmp_path, {"the coach": [piece]}, None, lambda stage, share: None)
+    assert len(made["the coach"]) == 1 and made["the coach"][0].meta["unseen"] == []
+    assert np.array_equal(Motion.load(path.with_suffix(".npz")).directions, piece)
+
+
 def test_who_speaks_is_chosen_and_who_is_named(tmp_path):
     everyone = []
     for number in range(20):
@@ -234,5 +252,3 @@ def test_a_picture_of_a_person_is_captured_for_real(tmp_path):
     made = Motion.load(output)
     assert len(made.directions) == 8 and made.hands is not None and not motion.kept_beside(output).exists()
     assert made.directions[:, [4, 7], 1].min() > 0.5  # upper arms hang
-
-

@@ -9,7 +9,7 @@ import pytest
 from s2ag.core import own_styles, styles
 from s2ag.core.cli import main
 from s2ag.core.errors import UnknownStyle, UsageError
-from s2ag.core.learning.own_style import fit, manner, source
+from s2ag.core.learning.own_style import camera, fit, manner, source, trial
 from s2ag.core.model import checkpoint_metadata
 from s2ag.core.motion.motion import Motion
 from s2ag.core.sound import audio
@@ -68,6 +68,33 @@ def test_what_was_learned_is_nearer_to_its_source(stage, acted, voice, monkeypat
         found = fit.fit(stage, source.of_motions(name, acted[name], voice))
         made = manner.measure([stage.show([found.style], seed)[0][0] for seed in (11, 12, 13)])
         assert manner.apart(made, manners[name]) < manner.apart(made, manners[other])
+
+
+def test_the_judges_of_a_trial_know_the_styles_themselves(session, voice, acted):
+    """On eight seconds a performance: manner and the judge of speakers call other performances of a style by its name."""
+    small = trial.Trial(session, [voice], lambda stage, share: None, [*FAR_APART, "shy student"], (600, 700))
+    rows = [small.row(name, motions, name) for name, motions in acted.items()]
+    assert all(row.near for row in rows)
+    other = small.row("stern", acted["coach"])
+    assert not other.near and other.likely == "coach" and other.apart["coach"] < other.apart["stern"]
+    first, second = trial.table(rows).splitlines()[2:]
+    assert first.startswith("| stern | stern | ") and second.endswith("| coach |")
+
+
+def test_what_a_film_adds_is_taken_back_and_what_it_hides_is_left_out(acted, voice, stage, monkeypatch):
+    """A film that slows all hands alike: what others lost is given back, and posture is that of the styles alike."""
+    figures = {name: manner.measure(motions) for name, motions in acted.items()}
+    filmed = {name: {**one, "speed": one["speed"] - 0.2, "lean": one["lean"] + 9} for name, one in figures.items()}
+    added = camera.changes([(filmed["stern"], figures["stern"])])
+    assert added["speed"] == pytest.approx(-0.2 / manner.FIGURES["speed"]) and "lean" not in added
+    again = source.of_film(source.of_motions("coach", acted["coach"], voice)._replace(manner=filmed["coach"]), added)
+    assert again.manner["speed"] == pytest.approx(figures["coach"]["speed"]) and "lean" not in again.manner
+    assert manner.apart(again.manner, figures["coach"]) < 1e-6
+    for name, less in {"ROUNDS": 0, "_FIRST": 1, "_BATCH": 1}.items():
+        monkeypatch.setattr(fit, name, less)
+    monkeypatch.setattr(stage, "known", np.tile([*figures["coach"].values()] / fit._SCALES, (24, 1)))
+    found = fit.fit(stage, again._replace(waits=np.tile([0.0, 0, 1], (9, 1))))
+    assert np.allclose(found.style.rest[4], [0, 0, 1]) and found.style.rest[0, 1] < -0.9
 
 
 def test_a_style_is_numbers_of_a_flat_space_and_back(session):
