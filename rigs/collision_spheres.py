@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..core.motion import handshape
+from ..core.motion import handshape, quaternion
 from . import handshapes
 from .palms import Palm
 from .skeleton import Bones
@@ -32,7 +32,7 @@ class HandSpheres:
     def __init__(self, bones: Bones, palm: Palm, reach: float):
         """``reach`` is the estimated length of the hand, used if it has no fingers."""
         hand, heads = palm.fingers, bones.heads
-        self.palm, self.length = palm, hand.length if hand else 0.85 * reach
+        self.bones, self.palm, self.length = bones, palm, hand.length if hand else 0.85 * reach
         wrist = heads[hand.row] if hand else np.zeros(3)
         self._links = [_Finger(heads, palm, chain, wrist) for chain in hand.fingers] if hand else []
         ends = [finger.knuckle for finger in self._links] or [
@@ -45,6 +45,7 @@ class HandSpheres:
             thumb = [heads[row] - wrist for row in hand.thumb[:3]]
             thumb.append(thumb[-1] + _LAST * (thumb[-1] - thumb[-2]))
             fixed += thumb[1:]
+            self._thumb = np.array(thumb)
             radii += THUMB[: len(thumb) - 1]
         elif not hand:
             fixed += [end + share * self.length * palm.knuckles for end in ends for share in (0.15, 0.3, 0.45)]
@@ -55,11 +56,14 @@ class HandSpheres:
         self.outer = np.array([*knuckles, *range(2 * len(ends), first), *fingers[1::2]])
         self.radii = self.length * np.array(radii + [thick for _ in self._links for thick in FINGER])
 
-    def places(self, shape: np.ndarray) -> np.ndarray:
+    def places(self, shape: np.ndarray, opposes: bool = False) -> np.ndarray:
         """Return the spheres' centres (frames, n, 3) relative to the wrist of the unrotated hand, in armature space.
 
-        ``shape`` (frames, 12) are handshapes in degrees."""
+        ``shape`` (frames, 12) are handshapes in degrees. The thumb is as at rest, unless it ``opposes``."""
         parts = [np.broadcast_to(self._fixed, (len(shape), *self._fixed.shape))]
+        if opposes and self.palm.fingers and len(chain := self.palm.fingers.thumb) >= 2:
+            turn, root = np.asarray(handshapes.thumb(self.bones, self.palm, chain, shape)[chain[0]]), self._thumb[0]
+            parts = [parts[0][:, : -len(self._thumb) + 1], root + quaternion.rotate(turn[:, None], self._thumb[1:] - root)]
         columns = np.linspace(0, 3, len(self._links)).round().astype(int)
         base, rest = (np.radians(handshape.columns(shape, part)) for part in ("base", "rest"))
         for finger, column in zip(self._links, columns, strict=True):

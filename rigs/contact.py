@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..core.motion import quaternion
+from ..core.motion import quaternion, skeleton
 from . import proportions
 from .collision_spheres import ALONG, FOREARM, UPPER, HandSpheres
 from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, envelope, from_chest, rotation_in_frame, smooth
@@ -81,6 +81,7 @@ def resolve_contacts(
     yield from _separate(left, right, fps)
     for arm in (left, right):
         if surface is not None:
+            arm.is_cached[:], arm.opposes = False, True
             arm.move_out_of(surface, fps)
         moved = np.flatnonzero(np.abs(arm.shift).max(-1) > 0)
         if len(moved):
@@ -115,22 +116,21 @@ class _Arm:
         trunk: _Trunk
     ):  # fmt: skip
         self.frame, self.held, self.sign, self.trunk = placed.frame, held, SIDES[side], trunk
-        self.edges, (upper, fore) = from_chest(placed, directions, torso, side)
+        self.edges, ways = from_chest(placed, directions, torso, side)
         self.upper, self.fore, _ = placed.lengths[side]
         root, shoulder = placed.roots[side], placed.shoulders[side]
         self.shoulder = root + quaternion.rotate(rotation_in_frame(placed.frame, clavicle), shoulder - root)
-        self.elbow = self.shoulder + self.upper * upper
-        self.wrist = self.elbow + self.fore * fore
+        self.elbow = self.shoulder + self.upper * ways[0]
+        self.wrist = self.elbow + self.fore * ways[1]
         self.hand = rotation_in_frame(placed.frame, quaternion.multiply(quaternion.conjugate(torso), held.turned))
         self.shift = np.zeros_like(self.wrist)
         self.size = held.balls.length
         self.knuckles = self.size * self.to_frames(held.balls.palm.knuckles)
-        self.is_cached = np.zeros(len(self.wrist), bool)
+        self.is_cached, self.opposes = np.zeros(len(self.wrist), bool), False
         self.hand_spheres = np.zeros((len(self.wrist), len(held.balls.radii), 3))
         along = len(ALONG) - 2
-        self.radii = np.concatenate(
-            [held.balls.radii, self.size * _interpolate(FOREARM, ALONG), self.size * _interpolate(UPPER, ALONG[-along:])]
-        )
+        fore, upper = np.interp(ALONG, (0, 1), FOREARM), np.interp(ALONG[-along:], (0, 1), UPPER)
+        self.radii = np.concatenate([held.balls.radii, self.size * fore, self.size * upper])
         self.mobility = np.concatenate(
             [np.ones(len(held.balls.radii)), _ELBOW_SHARE + (1 - _ELBOW_SHARE) * ALONG, _ELBOW_SHARE * ALONG[-along:]]
         )
@@ -143,7 +143,7 @@ class _Arm:
         """Return the centres (frames, n, 3) of the hand's spheres."""
         new = frames[~self.is_cached[frames]]
         if len(new):
-            places = self.held.balls.places(self.held.shape[new]) @ self.frame.T
+            places = self.held.balls.places(self.held.shape[new], self.opposes) @ self.frame.T
             self.hand_spheres[new] = places @ np.swapaxes(quaternion.to_matrix(self.hand[new]), -1, -2)
             self.is_cached[new] = True
         return self._wrist(frames)[:, None] + self.hand_spheres[frames]
@@ -180,7 +180,7 @@ class _Arm:
 
     def move_out_of(self, body: Body, fps: float) -> None:
         """Shift the wrist so that the hand leaves ``body``."""
-        near = np.flatnonzero(self.near(body))
+        near = np.flatnonzero(body.whole | self.near(body))  # bent fingers and elbows hang below the bounding spheres
         if len(near):
             near = near[self.depth(body, near, every=3) > -_SPHERE_GAP * self.size]
         deep = self.depth(body, near) if len(near) else np.zeros(0)
@@ -188,7 +188,7 @@ class _Arm:
         if not len(bad):
             return
         outward = body.outward(self._wrist() + _COARSE_PLACES[1] * self.knuckles, self.sign)
-        outward = _unit(smooth(outward, _frames(fps)))
+        outward = skeleton.normalize(smooth(outward, _frames(fps)))
         start, need = self.shift, np.zeros(len(outward))
         for _ in range(_PASSES):
             need[bad] += deep
@@ -226,7 +226,7 @@ def _separate(left: _Arm, right: _Arm, fps: float) -> Generator[None, None, None
             way = _separation_directions(left, right, contact, fps)
             yield
         frames = contact.frames
-        need = contact.required_shift(_unit(way[frames]))[0]
+        need = contact.required_shift(skeleton.normalize(way[frames]))[0]
         shifts[:, frames] += _divide_shift(left, right, frames, way[frames], np.maximum(need, 0))
         for arm, start, shift, sign in zip((left, right), starts, shifts, (-1, 1), strict=True):
             arm.shift = start + sign * envelope(shift, _frames(0.5 * fps))[:, None] * way
@@ -284,7 +284,7 @@ def _separation_directions(left: _Arm, right: _Arm, contact: _Contact, fps: floa
     normals = [arm.to_frames(arm.held.balls.palm.normal, frames) for arm in (left, right)]
     hands = [arm.palm(frames).mean(1) for arm in (left, right)]
     bones = [arm.wrist[frames] - arm.elbow[frames] for arm in (left, right)]
-    choices = np.stack([*normals, _unit(hands[1] - hands[0]), _unit(quaternion.cross(*bones))])
+    choices = np.stack([*normals, skeleton.normalize(hands[1] - hands[0]), skeleton.normalize(quaternion.cross(*bones))])
     costs = np.concatenate([np.stack(side) for side in zip(*(contact.required_shift(way, 2) for way in choices), strict=True)])
     costs, choices = np.maximum(costs, 0) / (left.size * fps), np.concatenate([choices, -choices])
     path = np.concatenate([_cheapest_path(costs[:, span], choices[:, span]) for span in _spans(frames, 2 * _frames(fps))])
@@ -325,13 +325,5 @@ def _cheapest_path(costs: np.ndarray, ways: np.ndarray) -> np.ndarray:
     return np.array(path[::-1])
 
 
-def _interpolate(ends: tuple[float, float], shares: np.ndarray) -> np.ndarray:
-    return ends[0] + shares * (ends[1] - ends[0])
-
-
 def _frames(fps: float) -> int:
     return max(1, round(EASE * fps))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)

@@ -39,7 +39,7 @@ def rotations(bones: Bones, palm: Palm, shape: np.ndarray, strength: float = 1.0
         aside = _PLACES[count][place] * (handshape.column(shape, "spread") - fan)
         turns |= _finger(bones, palm, chain, base, rest, aside)
     if len(hand.thumb) >= 2:
-        turns |= _thumb(bones, palm, hand.thumb, shape)
+        turns |= thumb(bones, palm, hand.thumb, shape)
     result = {}
     for row, turn in turns.items():
         own = bones.rest[row]
@@ -119,7 +119,7 @@ def _finger(
     return turns
 
 
-def _thumb(bones: Bones, palm: Palm, chain: Sequence[int], shape: np.ndarray) -> dict[int, _Turn]:
+def thumb(bones: Bones, palm: Palm, chain: Sequence[int], shape: np.ndarray) -> dict[int, _Turn]:
     """Return the turns of a thumb's joints, up to three, by row, for handshapes (frames, 12)."""
     first = _link(bones, chain[0], chain[1])
     out, opposed = (np.radians(handshape.column(shape, name)) for name in ("thumb_out", "thumb_opposition"))

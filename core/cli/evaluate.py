@@ -13,7 +13,15 @@ from .. import characters
 from ..errors import AudioUnreadable, EngineMissing, UsageError
 from ..settings import checkpoint_of
 from ..threads import set_passive_waiting
-from . import blender, evaluate_affect, evaluate_capture, evaluate_listens, evaluate_own_styles, synthesis_options
+from . import (
+    blender,
+    evaluate_affect,
+    evaluate_capture,
+    evaluate_listens,
+    evaluate_own_styles,
+    evaluate_seated,
+    synthesis_options,
+)
 from .progress import Progress, note
 
 if TYPE_CHECKING:
@@ -26,6 +34,7 @@ EXAMPLE = """examples:
   s2ag evaluate --faces --human voice.wav
   s2ag evaluate --talk --material PATH --data corpus      is it told apart from people's talk?
   s2ag evaluate --idles --material PATH                   are idles told apart from people who wait?
+  s2ag evaluate --seated --character hero.fbx --human talk.wav      do hands stay out of thighs and table?
   s2ag evaluate --listens --human talk.wav --acted actors --reading reader --report report
   s2ag evaluate --affect actors --reading talk.wav
   s2ag evaluate --capture --report films      does s2ag capture see what was performed?
@@ -61,6 +70,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     evaluate_listens.configure(parser)
     evaluate_affect.configure(parser)
     evaluate_capture.configure(parser)
+    evaluate_seated.configure(parser)
     evaluate_own_styles.configure(parser)
     synthesis_options.add_checkpoint(parser)
     parser.add_argument("--compare", metavar="FILE", type=Path, help="another checkpoint to stand beside")
@@ -96,6 +106,8 @@ def run(options: argparse.Namespace) -> int:
         return _talk(options)
     if options.capture:
         return evaluate_capture.run(options, people)
+    if options.seated:
+        return evaluate_seated.run(options, people)
     if options.own_styles:
         return evaluate_own_styles.run(options, people, checkpoint_of(options))
     if options.hearing:

@@ -10,6 +10,7 @@ Debian has it as ``wordnet-base``.
 
 import argparse
 import json
+import re
 from collections import defaultdict
 from pathlib import Path
 
@@ -21,6 +22,8 @@ _UNCOUNTED = 0.5
 """Added to each sense's count, since many were never seen."""
 _LEAST = 0.3
 """Least share of a lemma's uses."""
+_RARE = 12
+"""Uses counted below which a verb is none whose word is a noun or an adjective more than twice as often (*bridge*, *piece*)."""
 _SEEDS = Path(__file__).with_name("meanings_seeds.json")
 
 
@@ -32,7 +35,8 @@ def main() -> None:
     net = _WordNet(args.wordnet)
     table = {schema: _lemmas(net, seeds) for schema, seeds in json.loads(_SEEDS.read_text("utf-8")).items()}
     known = {(word[:-1], pos) for each in table.values() for pos, words in each.items() for word in words.split()}
-    irregular = _irregular(args.wordnet, {lemma for lemma, _ in known})
+    decides = set(re.findall("[a-z]+", TABLE.with_name("en.json").read_text("utf-8")))
+    irregular = _irregular(args.wordnet, {part for lemma, _ in known for part in lemma.split("_")} | decides)
     with atomic_file(args.output) as temporary:
         text = json.dumps({"schemas": table, "irregular": irregular}, indent=0, ensure_ascii=False, sort_keys=True)
         Path(temporary).write_text(text + "\n", "utf-8")
@@ -73,6 +77,10 @@ class _WordNet:
             if sign in ("~", "&"):
                 self.below[here].append((other, offset))
 
+    def uses(self, lemma: str, pos: str) -> int:
+        """Return how often a lemma was counted as a part of speech."""
+        return sum(self.counts.get((one, lemma), 0) for one in self.senses.get((lemma, pos), []))
+
     def _satellite(self, lemma: str, file: str, which: int, counts: dict) -> int:
         start = f"{lemma}%5:{file}:{which:02d}:"
         if not hasattr(self, "heads"):
@@ -99,6 +107,9 @@ def _lemmas(net: _WordNet, seeds: list[str]) -> dict[str, str]:
     for lemma, pos in sorted({(word, synset[0]) for synset in chosen for word in net.words[synset]}):
         weight = {one: net.counts.get((one, lemma), 0) + _UNCOUNTED for one in net.senses.get((lemma, pos), [])}
         share = sum(value for one, value in weight.items() if one in chosen) / max(sum(weight.values()), _UNCOUNTED)
+        verb, others = (sum(net.uses(lemma, one) for one in parts) for parts in ("v", "na"))
+        if pos == "v" and verb < _RARE and others > 2 * verb + 1:
+            continue
         if share >= _LEAST and lemma.replace("_", "").isalpha():
             found[pos].append(f"{lemma}{min(int(10 * share), 9)}")
     return {pos: " ".join(words) for pos, words in found.items()}
@@ -110,7 +121,8 @@ def _irregular(folder: Path, lemmas: set[str]) -> dict[str, str]:
     for pos in ("verb", "noun", "adj"):
         for line in (folder / f"{pos}.exc").read_text("latin-1").splitlines():
             form, lemma = line.split()[:2]
-            if form.isalpha() and (lemma in lemmas or pos == "verb"):
+            regular = form in (lemma + lemma[-1] + "ed", lemma + lemma[-1] + "ing", lemma[:-1] + "ied")
+            if form.isalpha() and lemma in lemmas and not regular:
                 result.setdefault(form, lemma)
     return result
 

@@ -295,6 +295,7 @@ def _match(tokens: Sequence[Token], elements: tuple, at: int, place: int) -> tup
         return None
     else:
         begins = all(element[0] != "word" for element in elements[:at])
+        last |= place > 0 and tokens[place - 1].pauses and elements[at - 1][0] == "word"
         if place >= len(tokens) or (last and not begins) or words.isdisjoint(tokens[place].forms):
             return None
         rest = _match(tokens, elements, at + 1, place + 1)

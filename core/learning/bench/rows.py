@@ -52,6 +52,16 @@ def is_evaluated(folder: Path) -> bool:
     return (folder / FIGURES).is_file() and (folder / WINDOWS).is_file()
 
 
+def is_final(folder: Path) -> bool:
+    """Return whether a system is evaluated and its training was over then; a table of unfinished ones evaluates sooner."""
+    if not is_evaluated(folder):
+        return False
+    try:
+        return bool(json.loads((folder / FIGURES).read_text("utf-8")).get("over", True))
+    except (OSError, ValueError, AttributeError):
+        return True  # reading the rows says what is damaged
+
+
 def write_figures(folder: Path, facts: dict, protocols: dict[str, Evaluation], elsewhere: Evaluation | None) -> None:
     """Write the figures of each speaker mode (``protocols``), and those of motion generated for other speech."""
     folder.mkdir(parents=True, exist_ok=True)

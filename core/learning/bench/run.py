@@ -73,9 +73,10 @@ class Runner:
 
         ``unfinished`` ones count as they are, too.
         """
+        judged = rows.is_final if unfinished else rows.is_evaluated
         for place in sorted(self.folder.glob(f"*-*/{STATE}")):
             name, _, seed = place.parent.name.rpartition("-")
-            if name not in ALL_SYSTEMS or not seed.isdecimal() or rows.is_evaluated(place.parent):
+            if name not in ALL_SYSTEMS or not seed.isdecimal() or judged(place.parent):
                 continue
             training = self._training(name, int(seed))
             if unfinished:
@@ -115,7 +116,7 @@ class Runner:
         systems = [name for name in systems if name != external_rows.SHIPPED]
         # Seeds are the outer loop, so that a bench that is stopped early compares all systems.
         pairs = [(name, seed) for seed in self.setting.seeds for name in systems]
-        left = [(name, seed) for name, seed in pairs if not rows.is_evaluated(self.folder / f"{name}-{seed}")]
+        left = [(name, seed) for name, seed in pairs if not rows.is_final(self.folder / f"{name}-{seed}")]
         threads = max(torch.get_num_threads() // jobs, 1)
         if jobs > 1 and len(left) > 1 and not side_by_side(Runner, self._arguments, left, jobs, threads, stopping):
             return None
@@ -159,7 +160,7 @@ class Runner:
     def one(self, name: str, seed: int, stopping: Callable[[], bool] = lambda: False) -> bool:
         """Train and evaluate one system, if that is not done yet; return False if ``stopping()`` came first."""
         folder = self.folder / f"{name}-{seed}"
-        if rows.is_evaluated(folder):
+        if rows.is_final(folder):
             return True
         training = self._training(name, seed)
         self.say(f"{ALL_SYSTEMS[name].title}, seed {seed}: {training.steps - training.done} of {training.steps} steps to go")
@@ -178,6 +179,7 @@ class Runner:
         system, bench, folder = training.system, self._bench, training.folder
         facts = {
             "steps": training.done,
+            "over": training.over,
             "best": training.best,
             "skipped": training.skipped,
             "seconds": training.seconds,

@@ -1,19 +1,24 @@
 """A seated character's hands come home to thighs or table, and nothing of an arm is in either; legs stay to the bit."""
 
+from dataclasses import replace
+
 import bpy
 import found_rigs
 import numpy as np
 import people
 import pytest
 from bodies import performance
+from s2ag.core import json_text
+from s2ag.core.learning.evaluate import seated
 from s2ag.core.motion.motion import Motion
 from s2ag.core.synthesis.idling import idle
 from s2ag.rigs.goals import Options
-from s2ag.s2ag_blender import compat
+from s2ag.s2ag_blender import compat, program
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
+from s2ag.s2ag_blender.render import seated_trial
+from s2ag.s2ag_blender.render.seated_trial import Sitter
 from s2ag.s2ag_blender.rig import body_shape, solver
-from sitting import Sitter
 
 pytestmark = pytest.mark.slow
 
@@ -43,16 +48,16 @@ def test_hands_come_home_and_stay_out_of_thighs_and_table(shared, who, table):
     sitter = Sitter(WHO[who](shared))
     hips, before = sitter.hips(), sitter.posed()
     high = float(hips[2] + table) if table else 0.0
-    there = seat(sitter, table=high)
-    edge = (there.edge + there.joints[:, 0, 1].mean()) * sitter.item.matrix_world.to_scale()[1]
+    edge = sitter.edge(high)
     for motion in low_hands():
         action = keyed(sitter.item, motion, table=high)
         legs = {f'"{sitter.bones.names[row]}"' for row in sitter.legs.rows()}
         assert not [curve for curve in compat.curves(action) if any(name in curve.data_path for name in legs)]
         lowest = []
         for frame in range(1, 15 * SECONDS, 11):
-            deep, hands = sitter.depth(frame)
-            assert deep < 0.01, f"{1000 * deep:.0f} mm at frame {frame}"
+            depths, places = sitter.depth(frame)
+            hands = places["hands"]
+            assert depths["hands"] < 0.01, f"{1000 * depths['hands']:.0f} mm at frame {frame}"
             assert np.array_equal(sitter.posed(), before)
             lowest.append(hands[:, 2].min() - hips[2])
             over = hands[hips[1] - hands[:, 1] > edge, 2] if table else ()
@@ -77,3 +82,33 @@ def test_who_stands_or_is_told_to_stand_lets_the_hands_hang(shared):
     again = keyed(item, motion, seated="OFF")
     curves = {(curve.data_path, curve.array_index): curve.evaluate(20) for curve in compat.curves(standing)}
     assert curves == {(curve.data_path, curve.array_index): curve.evaluate(20) for curve in compat.curves(again)}
+
+
+def test_the_trial_sees_what_lies_in_a_thigh_and_in_a_table():
+    sitter = Sitter(mannequin.build().armature)
+    sitter.depth(1)
+    (skin,) = [one for one in sitter._skins if one.faces]
+    thighs = seated_trial.surface(skin.places()[skin.thighs], skin.faces)
+    leg = sitter.legs.pair[0]
+    ends = [np.array(sitter.item.pose.bones[sitter.bones.names[row]].head) for row in (leg.thigh, leg.shin)]
+    middle = np.mean(ends, axis=0)
+    assert seated_trial.depth(*thighs, middle[None]) > 0.04
+    assert seated_trial.depth(*thighs, middle[None] + [[0, 0, 0.3]]) == 0
+
+    hanging = keyed(sitter.item, low_hands()[0], seated="OFF")
+    high = float(sitter.hips()[2]) + 0.2
+    assert hanging and min(hand[2] for hand in sitter.depth(20)[1]["hands"]) < high - 0.1
+
+
+def test_a_trial_tells_of_idle_and_talk_on_a_chair_and_at_a_table(examples, tmp_path):
+    def run(module, job, progress):
+        told = []
+        return seated_trial.perform(json_text.read(job), program.EventWriter(told.append))
+
+    rows = seated.trial(["mannequin"], [examples / "hello.flac"], run, seconds=3.0, keep=tmp_path)
+    assert [(row.kind, row.table) for row in rows] == [("idle", False), ("talk", False), ("idle", True), ("talk", True)]
+    assert all(row.reached() and 29 <= len(row.depths["hands in table"]) <= 31 for row in rows)
+    assert len(list(tmp_path.glob("mannequin-*.blend"))) == 4
+    assert "reached by all" in seated.page(rows) and "| mannequin | talk | a table |" in seated.page(rows)
+    deep = replace(rows[0], depths={**rows[0].depths, "hands in thigh": np.array([0.002, 0.02])})
+    assert "20.0 mm, 50.00% deeper than 10" in seated.page([deep]) and "missed by mannequin (idle)" in seated.page([deep])

@@ -191,6 +191,7 @@ def test_a_table_may_count_trainings_that_are_not_over(corpus, tmp_path, capsys)
     assert main(["bench", "--out", str(tmp_path), "--unfinished"]) == 0
     row = json.loads((tmp_path / "table.json").read_text())["systems"]["gtc"]
     assert row["steps"] == 2 and row["best"] == [2] and "| GTC |" in capsys.readouterr().out
+    assert runner.go(["gtc"], "")["systems"]["gtc"]["steps"] == 3
 
 
 @pytest.mark.slow
