@@ -137,7 +137,7 @@ class Settings:
     hand: float = setting(
         0.0, **_CONTROL, kind="side", column=True, cell=("own", "sheet"), meta="always", restored=("arms",),
         metavar="SIDE", help="left, right, or from -1 (left) to 1 (right); default 0: as the performer does",
-        label="Preferred Hand", tip="-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
+        label="Handedness", tip="-1 prefers the left hand; 1 the right; 0 is the performer's own habit",
     )  # fmt: skip
     curves: dict[str, list] = setting(
         dict, kind="document", timed=True, column=True, cell=("own",), meta="set", restored=("arms",),

@@ -93,8 +93,7 @@ def _bent(
 def _joint_bend(
     bones: Bones, chain: Sequence[int], turns: Mapping[int, np.ndarray], axis: np.ndarray, shares: Sequence[float]
 ) -> np.ndarray:
-    """Return the degrees (frames,) about ``axis`` by which the joints beyond the first are bent, all that they are ``shares``
-    of."""
+    """Return the degrees (frames,) about ``axis`` by which all joints beyond the first bend, each its share."""
     bends, total = fingers.rest_bend(bones, chain, axis)[1:], 0.0
     for above, row, bend in zip(chain, chain[1:3], bends, strict=False):
         own = quaternion.multiply(quaternion.conjugate(turns[above]), turns[row])

@@ -110,7 +110,7 @@ def test_zip_holds_the_extension_and_nothing_else(built):
     assert not [name for name in names if name.endswith((".whl", ".pyc", ".blend1", ".zip"))]
     outside = ("tests/", "examples/", "docs/", "farm/", "build/", "dist/", ".git/", ".ci/", "work/", "noxfile", "pyproject")
     assert not [name for name in names if name.startswith(outside) or "__pycache__" in name]
-    assert built.stat().st_size <= 20_000_000
+    assert built.stat().st_size <= 21_000_000
 
 
 def test_the_zip_is_small_and_complete():

@@ -30,7 +30,8 @@ def run(options: argparse.Namespace) -> int:
     _print_table([(one["name"], one["description"] + (" (default)" if one["default"] else "")) for one in speakers])
     if controls:
         print("\nControls, from -1 to 1; 0 is as the performer would:")
-        _print_table([(_option(one["name"]), one["description"]) for one in controls])
+        form = {True: "--affect {}=X", False: "--{} X"}
+        _print_table([(form[one["name"] in AFFECTS].format(one["name"]), one["description"]) for one in controls])
     return 0
 
 
@@ -38,8 +39,3 @@ def _print_table(rows: list[tuple[str, str]]) -> None:
     width = max((len(name) for name, _ in rows), default=0)
     for name, description in rows:
         print(f"{name:<{width}}  {description}".rstrip())
-
-
-def _option(control: str) -> str:
-    """Return the option that sets a control."""
-    return f"--affect {control}=X" if control in AFFECTS else f"--{control} X"

@@ -45,20 +45,18 @@ def apply_edit(filler: Regenerator, state: State, edit: dict, number: int, forgi
             result, miss = (second, off) if off < miss else (result, miss)
     except UsageError as error:
         if not forgiven:
-            raise UsageError(f"Edit {number} cannot be done: {error.message}", error.remedy) from error
-        warning = f"Edit {number} ({edit['do']}) was left out: {error.message}"
+            raise UsageError(f"Decision {number} cannot be done: {error.message}", error.remedy) from error
+        warning = f"Decision {number} was left out: {error.message}"
         meta = {**state.motion.meta, "unmet": [*state.motion.meta.get("unmet", []), number - 1]}
         passed = replace(state, motion=replace(state.motion, meta=meta), warnings=(*state.warnings, warning))
         return _noted(state, passed, edit)
     warnings = result.warnings
     if miss > 1:
-        warnings += (f"Edit {number} ({edit['do']}) came only near to what was asked for: its neighbours leave no room.",)
+        warnings += (f"Decision {number} came only near to what was asked for: its neighbors leave no room.",)
     places = [(round(a * skeleton.FPS), round(b * skeleton.FPS) + 1) for a, b in _changed_seconds(state.motion, result.motion)]
     excess = 0.0 if edit["do"] in TURNS else regeneration.speed_excess(state.motion, result.motion, places)
     if excess > _WARN_EXCESS:
-        warnings += (
-            f"Edit {number} ({edit['do']}) moves up to {excess:.0%} more suddenly than the take does: give it more room.",
-        )
+        warnings += (f"Decision {number} moves up to {excess:.0%} more suddenly than the take does: give it more room.",)
     return _noted(state, replace(result, warnings=warnings), edit)
 
 

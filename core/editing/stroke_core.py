@@ -133,9 +133,7 @@ def _balance(core: StrokeCore, scaled: np.ndarray, factor: float) -> np.ndarray:
     return scaled
 
 
-def limit_core_speed(
-    core: StrokeCore, at: float, motion: Motion, fastest: Sequence[float], trunk: bool = False
-) -> StrokeCore:
+def limit_core_speed(core: StrokeCore, at: float, motion: Motion, fastest: Sequence[float], trunk: bool = False) -> StrokeCore:
     """Return a core whose wrists do not exceed the ``fastest`` speed and acceleration, in metres and frames.
 
     If they do, it is stretched around its stroke at ``at`` seconds. Head and trunk are those of the ``motion`` unless

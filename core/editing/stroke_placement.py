@@ -102,8 +102,7 @@ def without_gestures(
     motion: Motion, places: Sequence[frame_ranges.FrameRange], core: StrokeCore, held: np.ndarray,
     arms: Sequence[int] = stroke_core.ARMS, still: Sequence[int] | np.ndarray | None = None
 ) -> Motion:  # fmt: skip
-    """Interpolate the edges ``arms`` in the places, except the core's frames and ``held`` ones
-    (:func:`regeneration.interpolate_arms`)."""
+    """Interpolate the edges ``arms`` in the places (:func:`regeneration.interpolate_arms`), not the core or ``held``."""
     for start, stop in places:
         for part in ((start, min(stop, core.first)), (max(start, core.last + 1), stop)):
             motion = regeneration.interpolate_arms(motion, part, held, arms, still) if part[1] > part[0] else motion

@@ -7,7 +7,6 @@ import numpy as np
 from ..motion import rest, skeleton
 from ..motion.hands import Hands
 from ..motion.interpolation import ramp
-from .gesture import Gesture
 from .gesture_selection import ScheduledGesture
 
 _HEAD, _TRUNK = (1, 2), (3, 6)
@@ -31,7 +30,8 @@ def arms_of_gestures(directions: np.ndarray, shown: Sequence[ScheduledGesture]) 
     result = []
     for item in shown:
         side = item.side
-        if item.gesture.arms == "both" and (not side or _leads_one(item.gesture)):
+        differ = item.gesture.other is not None or item.gesture.other_shape is not None  # the arms show two things
+        if item.gesture.arms == "both" and (not side or differ):
             result.append((True, True))
             continue
         if not side:
@@ -69,18 +69,12 @@ def blend_gestures(directions: np.ndarray, shown: Sequence[ScheduledGesture], wh
     return result
 
 
-def _leads_one(gesture: Gesture) -> bool:
-    """Return whether the two arms show different things."""
-    return gesture.other is not None or gesture.other_shape is not None
-
-
 def _leading(item: ScheduledGesture) -> int:
     return 0 if item.side < 0 else 1
 
 
 def _arm(item: ScheduledGesture, time: np.ndarray, arm: int) -> np.ndarray:
-    """Return upper arm and forearm ``(frames, 2, 3)`` for ``arm``, mirrored to the left one: its path, then a hold that sinks
-    slightly."""
+    """Return upper arm and forearm ``(frames, 2, 3)`` for ``arm``, mirrored to the left one: its path, a sinking hold."""
     gesture = item.gesture
     path = gesture.path if gesture.other is None or arm == _leading(item) else gesture.other
     swing = ramp(time, item.ready - 0.1, item.lands) - _SINK * ramp(time, item.lands, max(item.until, item.lands + 0.3))

@@ -7,8 +7,7 @@ from .hands import FOREARMS, Hands
 
 CHANNELS_PER_HAND = 6 + len(handshape.COLUMNS)
 SIZE = 2 * CHANNELS_PER_HAND
-"""Values per frame; for the left, then the right hand: knuckle direction minus forearm direction, palm normal, and
-handshape in radians."""
+"""Values per frame, left hand, then right: knuckle direction minus forearm direction, palm normal, handshape in radians."""
 _SIGNS = np.tile(np.concatenate([[-1, 1, 1, -1, 1, 1], np.ones(len(handshape.COLUMNS))]), 2).astype(np.float32)
 
 

@@ -50,8 +50,7 @@ _SMOOTHING, _NEIGHBOURS = 1.5, 4
 """Seconds: standard deviation of the weights of units of speech around one, and how many count on each side. A calm speaker
 wobbles by a third of the way from calm to aroused in windows of 1 s."""
 _COMMA, _APART = 0.25, 0.3
-"""Seconds of pause that do not part units, and beyond them those that let neighbours count 1/e: a sentence has
-a mood of its own."""
+"""Seconds of pause that do not part units, and beyond them those that let neighbours count 1/e: moods are sentences'."""
 _DOUBT = 0.15
 """Seconds of voice at which half is believed."""
 _LEAST_VOICE, _FEWEST_NUCLEI, _PUREST = 0.1, 1.0, 19.0

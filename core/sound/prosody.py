@@ -192,8 +192,7 @@ def _local_mean(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> n
 
 
 def _features(tracks: Tracks, phrases: np.ndarray, accents: tuple[Accent, ...], time: np.ndarray) -> np.ndarray:
-    """Return features ``(frames, FEATURES)`` float32 with columns :data:`FEATURE_NAMES` at ``time`` ``(frames,)`` in
-    seconds."""
+    """Return features ``(frames, FEATURES)`` float32 with columns :data:`FEATURE_NAMES` at seconds ``time`` ``(frames,)``."""
     mains = [accent for accent in accents if accent.main]
     manner = _manner(tracks, (tracks.voice > 0.5) & (tracks.level > -15))
     ahead, behind = _distance(time, np.array([accent.time for accent in mains]))

@@ -21,8 +21,7 @@ _BINS = 241
 _FLOOR, _CEILING = 70.0, 500.0
 """Hz: limits of pitch. Below, a window holds hardly two periods."""
 _OCTAVE_COST = 0.01
-"""Share of autocorrelation that a lag must gain for each octave it is longer, or a regular voice would be heard
-an octave low."""
+"""Share of autocorrelation that a lag must gain for each octave it is longer, or regular voices are heard an octave low."""
 _VOICED = 0.5
 """Normalised autocorrelation above which a frame is voiced."""
 _JUMP = 2.0

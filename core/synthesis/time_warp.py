@@ -69,8 +69,7 @@ class TimeWarp:
         return sample_cubic(values, self.places).astype(np.float32)
 
     def heard(self, listen: Inputs) -> Inputs:
-        """Wrap ``listen`` (the ``inputs`` of :func:`flow_sampling.sample`) so that it takes and gives the performance's
-        frames."""
+        """Wrap ``listen`` (the ``inputs`` of :func:`flow_sampling.sample`) for frames of the performance."""
 
         def hear(start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
             at = self._moment(np.arange(start, stop))

@@ -210,8 +210,7 @@ def vectors_per_frame(
     words: Sequence[tuple[str, float, float]], vectors: WordVectors, frames: int, fps: float = 15.0, start: float = 0.0,
     mode: str = "span"
 ) -> np.ndarray:  # fmt: skip
-    """Return ``(frames, 300)`` float32: the vector of the word spoken in each pose frame, else zero; see
-    :func:`word_per_frame`."""
+    """Return ``(frames, 300)`` float32: the vector of the word spoken in each frame (:func:`word_per_frame`), else zero."""
     index = word_per_frame(words, frames, fps, start, mode)
     numbers, inverse = np.unique(index[index >= 0], return_inverse=True)
     result = np.zeros((frames, DIMENSIONS), np.float32)

@@ -142,8 +142,7 @@ def start_child() -> None:
 
 
 def command() -> list[str]:
-    """Return the command that starts the child: by path, without its folder on the search path, as the name of this package
-    varies."""
+    """Return the command that starts the child: by path, its folder not on the search path, as this package's name varies."""
     return [sys.executable, "-P", os.fspath(_PROGRAM)]
 
 

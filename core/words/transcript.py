@@ -89,7 +89,8 @@ def timed_transcript(
     phones_of = dict(zip(script.loose, alignment.phones, strict=True)) if alignment else {}
     phones = tuple(phones_of.get(number, ()) for number in order)
     confidence = tuple(sure[number] for number in order)
-    written, warnings = tuple(script.written[number] for number in order), warnings + _cache_warnings(ways)
+    written = tuple(script.written[number] for number in order)
+    warnings += [ways.cache.warning] if ways.cache.warning else []
     return TimedTranscript(words, confidence, tuple(script.marks), warnings, source.form, phones, written)
 
 
@@ -275,7 +276,3 @@ def _span(start: float, end: float) -> tuple[float, float]:
     if not 0 <= start <= end < MAX_SECONDS:
         raise ValueError("no times")
     return start, end
-
-
-def _cache_warnings(ways: TranscriptOptions) -> list[str]:
-    return [ways.cache.warning] if ways.cache.warning else []

@@ -214,11 +214,10 @@ class ActionBuilder:
             rotations = rotations | legs
             # Constant rotations are no difference.
             rotations = {bone: values for bone, values in rotations.items() if len(values) == len(frames)}
-            near = layers.bones_without_quaternions(self.armature, rotations)
+            near = [name for name in rotations if self.armature.pose.bones[name].rotation_mode != "QUATERNION"]
             if near:
-                self._tell(
-                    translate("{count} bones turn by angles: far from rest the layer is only near on them.", count=len(near))
-                )
+                told = translate("{count} bones turn by angles: far from rest the layer is only near on them.", count=len(near))
+                self._tell(told)
             seen = (
                 layers.influence_over_frames(place, frames) if self.planned.draft else None
             )  # a take's strip has a keyed influence

@@ -4,7 +4,7 @@ Existing actions are never changed. Actions of this package ("of ours") are reco
 try on the same frames replaces the first one and leaves what is below unchanged."""
 
 import contextlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -154,11 +154,6 @@ def layer_channels(
 def influence_over_frames(place: Place, frames: np.ndarray) -> np.ndarray:
     """Return the influence of a layer on its frames (keys,), equal to the keyed influence of its strip."""
     return place.influence * blending.ramp(frames, place.blend_in) * blending.ramp(frames, place.blend_out, at_end=True)
-
-
-def bones_without_quaternions(armature: ArmatureObject, bones: Iterable[str]) -> list[str]:
-    """Return the bones for which an additive layer is only approximate: those without quaternions."""
-    return [name for name in bones if armature.pose.bones[name].rotation_mode != "QUATERNION"]
 
 
 def show(armature: ArmatureObject, action: bpy.types.Action) -> None:

@@ -120,15 +120,10 @@ def mapping_by_hand(armature: ArmatureObject, bones: Bones, chosen: dict) -> Map
     return replace(mapping, chains=marks | mapping.chains, hips=mapping.hips or seen.hips, switches=seen.switches)
 
 
-def is_locked(bone: bpy.types.PoseBone) -> bool:
-    """Return whether all rotation channels of ``bone`` are locked; an unlocked w alone, as new bones have it, is no use."""
-    return all(bone.lock_rotation)
-
-
 def _drop_locked(armature: ArmatureObject, mapping: Mapping) -> Mapping:
     """Return the mapping without locked bones, with a warning; an arm that is all locked stays mapped but is held."""
     pose, moved = armature.pose.bones, (*EDGE_NAMES, *TWISTS)
-    locked = [name for part in moved for name in mapping.chains.get(part, ()) if is_locked(pose[name])]
+    locked = [name for part in moved for name in mapping.chains.get(part, ()) if all(pose[name].lock_rotation)]
     if not locked:
         return mapping
     free = {part: tuple(name for name in mapping.chains.get(part, ()) if name not in locked) for part in moved}

@@ -103,7 +103,7 @@ def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tup
 def heard_now(action: bpy.types.Action | None, scene: bpy.types.Scene) -> dict[str, str]:
     """Return what :func:`heard_affect` has at the playhead, as text by name."""
     frames, tracks = heard_affect(action, scene)
-    return {name: f"{np.interp(scene.frame_current, frames, track):.1f}" for name, track in tracks.items()}
+    return {name: f"{round(np.interp(scene.frame_current, frames, track), 1) + 0.0:.1f}" for name, track in tracks.items()}
 
 
 def key_heard(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene) -> int:

@@ -249,8 +249,7 @@ def _find_actions(made: list[int]) -> list[bpy.types.Action]:
 
 
 def _finish(planned: Plan, made: list[int], motions: list[Motion], warnings: list[str]) -> Generator[float, None, Outcome]:
-    """Annotate the actions and add them as takes, in slices as :func:`finish_in_slices`; only the last slice changes the
-    view."""
+    """Annotate the actions and add them as takes, in slices as :func:`finish_in_slices`; only the last one changes the view."""
     for number, performed in enumerate(motions):
         gesture_edits.store_gestures(_find_actions(made)[number], performed, _find_target(planned)[1])
         yield 1.0
@@ -280,8 +279,9 @@ def _finish(planned: Plan, made: list[int], motions: list[Motion], warnings: lis
     silent, title, said = sound_strips.unmute_strip_of(armature, actions[0]), "", ""
     if former is not None:
         title = decisions.what_changed(former, actions[0], menu_items.gesture_label)
-        counts = [len(gesture_edits.shown_gestures(one, scene)) for one in (former, actions[0])]
-        said = translate("{what}: {before} gestures before, {after} now", what=title, before=counts[0], after=counts[1])
+        before, after = (len(gesture_edits.shown_gestures(one, scene)) for one in (former, actions[0]))
+        told = translate("{what}: {before} gestures before, {after} now", what=title, before=before, after=after)
+        said = title if before == after else told
     if carried is not None:
         kept = len(gesture_edits.edits_of(actions[0])) - len(decisions.unmet(actions[0]))
         said = translate("{name}: {count} decisions kept", name=planned.armature.name, count=kept)

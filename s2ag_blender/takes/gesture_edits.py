@@ -155,6 +155,11 @@ def seconds_at(action: bpy.types.Action, scene: bpy.types.Scene, frame: float) -
     return round(max(float(clock.seconds(frame)), 0.0), 4)
 
 
+def frame_at(action: bpy.types.Action, scene: bpy.types.Scene, seconds: float) -> int:
+    """Return the scene frame at seconds of the recording."""
+    return round(float(timing.clock_of(provenance.require(action), scene_fps(scene)).frame(seconds)))
+
+
 def edits_from_markers(action: bpy.types.Action, scene: bpy.types.Scene) -> list[dict]:
     """Return the edits by markers: those that are gone delete their gestures, all in one, moved ones move theirs."""
     frames = {marker.name: marker.frame for marker in action.pose_markers}

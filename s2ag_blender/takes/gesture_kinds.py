@@ -10,8 +10,9 @@ import bpy.utils.previews
 
 from ...core.meaning import gesture_picture, vocabulary
 
-SHOWN: dict[str, str] = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
-"""Kind of gesture -> what it shows."""
+GROUPS: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
+"""Heading of a column of menus -> its kinds of gesture, each with what it shows."""
+SHOWN = {name: told for group in GROUPS.values() for name, told in group.items()}
 _PICTURES: list[Any] = []
 
 

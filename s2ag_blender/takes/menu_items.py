@@ -127,20 +127,15 @@ HANDS = (("left", "Left Hand", ""), ("right", "Right Hand", ""), ("both", "Both 
 
 @functools.cache  # Blender keeps no reference to the texts of a menu
 def kinds(first: tuple[tuple[str, str, str], ...] = ()) -> tuple[tuple[str, str, str], ...]:
-    """Return the items of the kinds of a gesture, each with what it shows, behind the items ``first``; what is asked for most
-    comes first, since the menu is far longer than a screen."""
-    from ...core.meaning import vocabulary
+    """Return the items of the kinds of a gesture, each with what it shows, behind the items ``first``, in columns."""
     from . import gesture_kinds
 
-    shown = sorted(vocabulary.load_vocabulary().gestures, key="point".__ne__)  # stable: the others keep their order
-    named = [(name, name.replace("_", " ").capitalize(), gesture_kinds.SHOWN.get(name, "")) for name in shown]
-    return (
-        *first,
-        (BEAT, "Beat", "A stroke that the performer makes elsewhere in the take"),
-        *named[:1],
-        (REST, "Rest", "No gesture: both hands go home for a moment"),
-        *named[1:],
-    )
+    items = [*first, (BEAT, "Beat", "A stroke that the performer makes elsewhere in the take")]
+    items.append((REST, "Rest", "No gesture: both hands go home for a moment"))
+    for heading, shown in gesture_kinds.GROUPS.items():
+        items += [("", heading, "")] if heading else []
+        items += [(name, name.capitalize(), told) for name, told in shown.items()]
+    return tuple(items)
 
 
 MOODS = (

@@ -31,9 +31,7 @@ class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     bl_label = "From the Selected Bones"
 
     part: bpy.props.EnumProperty(
-        name="Part",
-        description="Part of the body that the bones are",
-        items=lambda operator, context: bone_map_files.parts(),
+        name="Part", description="Part of the body that the bones are", items=lambda operator, context: bone_map_files.parts()
     )
 
     @classmethod

@@ -5,7 +5,6 @@ from typing import Any
 
 import bpy
 
-from ...core.editing.names import LARGEST, LEAST
 from ...core.errors import UsageError
 from ...core.settings import AFFECTS
 from ..datablocks import Context
@@ -13,7 +12,7 @@ from ..takes import decisions, gesture_edits, menu_items, take_list
 from ..takes.operator_base import character
 from ..translations import translate
 from .bases import OperatorResult, require_character
-from .directing import AS_IT_IS, RESTS, Directing, kinds_or_same
+from .directing import RESTS, Directing, Formed, kinds_or_same
 from .panel import Sidebar
 from .setting_properties import SETTINGS
 
@@ -22,6 +21,8 @@ _CHANGEABLE = {
     "feel": ("arousal", "valence", "dominance"),
 }  # fmt: skip
 """What can be changed about an edit."""
+_WORDS = 166
+"""Pixels of a line of words beside the buttons of a decision."""
 
 
 def _control(name: str) -> Any:
@@ -64,24 +65,15 @@ class S2AG_OT_remove_decision(_OnDecision, bpy.types.Operator):
         return decisions.without(edits, self.number)
 
 
-class S2AG_OT_change_decision(_OnDecision, bpy.types.Operator):
+class S2AG_OT_change_decision(_OnDecision, Formed, bpy.types.Operator):
     """Decide this otherwise; all other decisions stay"""
 
     bl_label = "Change Decision"
 
     to: bpy.props.FloatProperty(
-        name="To",
-        description="Seconds of the recording to move it to",
-        min=0.0,
-        subtype="TIME_ABSOLUTE",
-        options={"SKIP_SAVE"},
+        name="To", description="Seconds of the recording to move it to", min=0.0, subtype="TIME_ABSOLUTE", options={"SKIP_SAVE"}
     )
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds_or_same)
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *menu_items.HANDS))
-    size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST,
-        subtype="FACTOR",
-    )
     seed: bpy.props.IntProperty(name="Seed", description="Another seed is another performance", min=0)
     arousal: _control("arousal")
     valence: _control("valence")
@@ -139,11 +131,12 @@ class S2AG_PT_decisions(Sidebar, bpy.types.Panel):
                 "s2ag.switch_decision", text="", icon="CHECKBOX_DEHLT" if is_off else "CHECKBOX_HLT", emboss=False
             )
             button.number = number
-            part = row.row(align=True)
+            part = row.column(align=True)
             part.active, part.alert = not is_off, number in unmet
             words = decisions.words_of(edit, action, menu_items.gesture_label)
             words = translate("{words} (not possible here)", words=words) if number in unmet else words
-            part.label(text=f"{number + 1}  {words}", translate=False)
+            for line in menu_items.wrap_text(f"{number + 1} {words}", _WORDS):
+                part.label(text=line, translate=False)
             if edit["do"] in _CHANGEABLE:
                 button = row.operator("s2ag.change_decision", text="", icon="GREASEPENCIL", emboss=False)
                 button.number = number

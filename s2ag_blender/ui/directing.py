@@ -98,11 +98,20 @@ class Directing(OfTake):
         raise NotImplementedError
 
 
-def _edit_options(operator: Any) -> dict[str, Any]:
-    """Return the kind, hand and size chosen in the operator, without those to be left as they are."""
-    options: dict[str, Any] = {name: getattr(operator, name) for name in ("kind", "hand")}
-    options = {name: value for name, value in options.items() if value != "keep"}
-    return options | ({"size": round(operator.size, 3)} if abs(operator.size - 1) > 1e-3 else {})
+class Formed(Directing):
+    """Base of operators that ask for a kind, a hand and a size of a gesture."""
+
+    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
+    size: bpy.props.FloatProperty(
+        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST,
+        subtype="FACTOR", options=RESET,
+    )
+
+    def form(self) -> dict[str, Any]:
+        """Return what was chosen, without what is to be left as it is."""
+        options: dict[str, Any] = {name: getattr(self, name) for name in ("kind", "hand")}
+        options = {name: value for name, value in options.items() if value != "keep"}
+        return options | ({"size": round(self.size, 3)} if abs(self.size - 1) > 1e-3 else {})
 
 
 class S2AG_OT_apply_markers(Directing, bpy.types.Operator):
@@ -143,44 +152,34 @@ class S2AG_OT_delete_gesture(Directing, bpy.types.Operator):
         return {"do": "delete", "at": gesture.at}
 
 
-class S2AG_OT_change_gesture(Directing, bpy.types.Operator):
+class S2AG_OT_change_gesture(Formed, bpy.types.Operator):
     """Give the gesture at the playhead another kind, hand or size"""
 
     bl_label = "Change Gesture"
 
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds_or_same, options=RESET)
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
-    size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST,
-        subtype="FACTOR", options=RESET,
-    )
 
     def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
-        changes = _edit_options(self)
+        changes = self.form()
         if not changes:
             raise UsageError("Nothing is to be changed.", "Choose another kind, hand or size.")
         return {"do": "change", "at": gesture.at, **changes}
 
 
-class S2AG_OT_add_gesture(Directing, bpy.types.Operator):
+class S2AG_OT_add_gesture(Formed, bpy.types.Operator):
     """Add a gesture whose stroke is at the playhead"""
 
     bl_label = "Add Gesture"
     at_gesture = False
 
     kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=kinds, options=RESET)
-    hand: bpy.props.EnumProperty(name="Hand", description="Which hand makes it", items=(AS_IT_IS, *HANDS), options=RESET)
-    size: bpy.props.FloatProperty(
-        name="Size", description="How large it is, in sizes that it has", default=1.0, min=LEAST, max=LARGEST,
-        subtype="FACTOR", options=RESET,
-    )
     word: bpy.props.IntProperty(default=-1, options={"HIDDEN", "SKIP_SAVE"})  # number of a word to add it at
 
     def edit(self, context: Context, action: bpy.types.Action, gesture: Any) -> dict[str, Any]:
         if self.word >= 0:
             word, nth = gesture_edits.word_occurrence(action, self.word)
-            return {"do": "add", "word": word, "nth": nth, **_edit_options(self)}
-        return {"do": "add", "at": self.moment(context, action), **_edit_options(self)}
+            return {"do": "add", "word": word, "nth": nth, **self.form()}
+        return {"do": "add", "at": self.moment(context, action), **self.form()}
 
 
 def _word_items(operator: Any, context: Any) -> list[tuple[str, str, str]]:
@@ -214,7 +213,9 @@ class S2AG_OT_add_at_word(OnTake, bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def work(self, context: Context) -> None:
-        operators: Any = bpy.ops
+        action, operators = take_list.active(require_character(context)).action, cast(Any, bpy.ops)
+        start = gesture_edits.stored_words(action)[int(self.word)][1]
+        context.scene.frame_set(gesture_edits.frame_at(action, context.scene, start))  # where it will be seen
         operators.s2ag.add_gesture("INVOKE_DEFAULT", True, kind=self.kind, word=int(self.word))
 
 
@@ -247,7 +248,7 @@ class S2AG_OT_reroll_range(Directing, bpy.types.Operator):
 class S2AG_OT_rest_range(Directing, bpy.types.Operator):
     """Let a passage rest: the hands go home and stay there, or gestures become fewer or calmer"""
 
-    bl_label = "Rest"
+    bl_label = "Rest, Fewer, Calmer"
 
     what: bpy.props.EnumProperty(name="Range", description="Which passage rests", items=_RANGES)
     how: bpy.props.EnumProperty(name="How", description="How much the passage rests", items=RESTS)

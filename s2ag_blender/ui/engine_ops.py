@@ -226,5 +226,5 @@ def _show(context: Context, block: bpy.types.Text) -> bool:
         bpy.ops.wm.window_new()
         editor = context.window_manager.windows[-1].screen.areas[0]
         editor.type = "TEXT_EDITOR"
-    editor.spaces.active.text = block
+    editor.spaces.active.text, editor.spaces.active.show_word_wrap = block, True
     return True

@@ -27,12 +27,8 @@ _WHAT = (
 )
 
 
-def _shown_kinds() -> list[Any]:
-    return [one for one in menu_items.kinds() if one[0] not in (BEAT, REST)]
-
-
-def _kinds(operator: Any, context: Any) -> Any:
-    return gesture_kinds.pictured(tuple(_shown_kinds()))
+def _shown_kinds() -> tuple[Any, ...]:
+    return tuple(one for one in menu_items.kinds() if one[0] not in (BEAT, REST))
 
 
 class S2AG_OT_save_gesture(NeedsCharacter, bpy.types.Operator):
@@ -41,7 +37,9 @@ class S2AG_OT_save_gesture(NeedsCharacter, bpy.types.Operator):
     bl_label = "Save Gesture as Asset"
 
     what: bpy.props.EnumProperty(name="What", description="What becomes an asset", items=_WHAT)
-    kind: bpy.props.EnumProperty(name="Kind", description="What it shows", items=_kinds)
+    kind: bpy.props.EnumProperty(
+        name="Kind", description="What it shows", items=lambda operator, context: gesture_kinds.pictured(_shown_kinds())
+    )
     title: bpy.props.StringProperty(name="Name", description="Name of the asset; if empty, what it shows")
     author: bpy.props.StringProperty(name="Author", description="Who made it")
     license: bpy.props.StringProperty(name="License", description="How others may use it", default="CC0 1.0")

@@ -165,5 +165,5 @@ def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
     button = row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT")
     button.back = False
     row.operator("s2ag.drop_versions", text="", icon="TRASH")
-    layout.label(text=versions.version_title(take) or translate("As it was generated"), translate=False)
+    draw_sentence(layout, versions.version_title(take) or translate("As it was generated"), "BLANK1")
     draw_warnings(layout, take)

@@ -58,7 +58,7 @@ class MakesMany(SlicedOperator, NeedsCharacter):
         for error in errors:
             self.report({"WARNING"} if actions else {"ERROR"}, translate_error(error))
         if actions:
-            self.report({"INFO"}, translate("{count} actions were made", count=len(actions)))
+            self.report({"INFO"}, translate("Made: {names}", names=", ".join(one.name for one in actions)))
         return {"FINISHED"} if actions else {"CANCELLED"}
 
     def failed(self, error: S2agError) -> OperatorResult:

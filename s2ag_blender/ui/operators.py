@@ -13,6 +13,7 @@ from ..rig import readiness
 from ..takes import engine_requests, generate, markers, session, sources, take_list
 from ..takes.operator_base import GeneratingOperator, character
 from ..translations import translate
+from . import views
 from .bases import Button, NeedsCharacter, OperatorResult, require_character, why_unchangeable
 
 
@@ -46,6 +47,10 @@ class S2AG_OT_generate(GeneratingOperator, Button, bpy.types.Operator):
 
     def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":
         return generate.plan_directed(context, armature) if self.keep_decisions else super().planned(context, armature)
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> OperatorResult:
+        views.show_character(context, require_character(context))
+        return super().invoke(context, event)
 
     @classmethod
     def why_not(cls, context: Context) -> str:

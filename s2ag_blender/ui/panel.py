@@ -18,6 +18,8 @@ from .setting_properties import draw_group
 
 _FIELD_PIXELS = 100
 """Pixels of a path that its field shows."""
+_STYLE_LINES = 3
+"""Lines that the sentence of a style takes at least, lest the button below it moves from style to style."""
 _BUTTON_SCALE = 1.4
 """Height of the button that generates, in heights of a usual one."""
 
@@ -75,10 +77,11 @@ def draw_character(layout: bpy.types.UILayout, armature: ArmatureObject) -> None
             draw_sentence(layout, text, "BLANK1")
 
 
-def draw_sentence(layout: bpy.types.UILayout, text: str, icon: Icon) -> None:
-    """Draw a sentence wrapped into lines, with an icon before the first."""
+def draw_sentence(layout: bpy.types.UILayout, text: str, icon: Icon, least: int = 1) -> None:
+    """Draw a sentence wrapped into ``least`` lines or more, with an icon before the first."""
     column = layout.column(align=True)
-    for number, line in enumerate(menu_items.wrap_text(text)):
+    lines = menu_items.wrap_text(text)
+    for number, line in enumerate([*lines, *[""] * (least - len(lines))]):
         column.label(text=line, icon="BLANK1" if number else icon, translate=False)
 
 
@@ -162,7 +165,7 @@ def draw_style(layout: bpy.types.UILayout, settings: Any) -> None:
     if menu_items.is_written(settings):
         draw_group(column, settings, "performer")
     elif description := menu_items.style_description(settings):
-        draw_sentence(column, translate(description), "BLANK1")
+        draw_sentence(column, translate(description), "BLANK1", _STYLE_LINES)
 
 
 def draw_run(layout: bpy.types.UILayout, armature: ArmatureObject, context: Context) -> None:

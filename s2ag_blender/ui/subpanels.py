@@ -98,7 +98,8 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
         take = take_list.active(armature)
         heard = control_curves.heard_now(take.action if take is not None else None, context.scene)
         if heard:
-            layout.label(text=translate("Heard: {arousal}, {valence}, {dominance}", **heard), icon="SOUND")
+            text = translate("Heard: energy {arousal}, mood {valence}, confidence {dominance}", **heard)
+            draw_sentence(layout, text, "SOUND")
             layout.operator("s2ag.key_heard", icon="FCURVE")
         layout.operator_menu_enum("s2ag.mark_style", "style", icon="MARKER")
         layout.prop(settings, "partner")

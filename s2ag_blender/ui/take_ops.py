@@ -11,6 +11,7 @@ from ..keys import apply, density
 from ..takes import control_curves, drafts, generate, menu_items, take_list, versions
 from ..takes.operator_base import GeneratingOperator, character
 from ..translations import translate
+from . import views
 from .bases import Button, OperatorResult, require_character
 from .operators import why_disabled
 
@@ -194,3 +195,4 @@ class S2AG_OT_fit_range(OnTake, bpy.types.Operator):
 
     def work(self, context: Context) -> None:
         take_list.fit_scene(require_character(context), context.scene)
+        views.show_range(context)

@@ -1,26 +1,21 @@
 """Operator that adds a person with the example recording, generates gestures and plays them, in one press."""
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import bpy
-from mathutils import Euler, Vector
+from mathutils import Vector
 
 from ...core.errors import S2agError
 from ..datablocks import ArmatureObject, Context, current_context, is_armature
-from ..render import stage as stage_module
 from ..takes import engine_requests, generate, session, take_list
 from ..takes.operator_base import GeneratingOperator
 from ..translations import translate, translate_error
 from .bases import Button, OperatorResult
+from .views import frame_view, show_range
 
 VOICE = Path(__file__).parents[2] / "core" / "assets" / "hello.mp3"
 """The example recording; its transcript is beside it."""
-_MIDDLE, _DISTANCE = 0.76, 0.95
-"""Height of the middle of the picture and distance of the eye, in heights of the person: from the hips to above the head."""
-_BACKGROUND = (0.55, 0.58, 0.6)
 _GAP = 1.0
 """Metres between the person and the meshes that are in the scene already."""
 
@@ -86,37 +81,9 @@ class S2AG_OT_try_it(GeneratingOperator, Button, bpy.types.Operator):
         armature = next((item for item in scene.objects if item.session_uid == self._uid and is_armature(item)), None)
         if armature is not None and take_list.active(armature) is not None:
             take_list.fit_scene(armature, scene)
+            show_range(context)
         scene.frame_set(scene.frame_start)
         scene.sync_mode = "AUDIO_SYNC"
         if not bpy.app.background and not context.screen.is_animation_playing:
             bpy.ops.screen.animation_play()
         return super().finished(outcome)
-
-
-def frame_view(context: Context) -> None:
-    """Show the active person in the viewport in which the button was pressed as a film would: alone, lit, in colour, from its
-    hips up, without bones, lines and grid. Only this viewport changes: overlays, shading, local view and where it looks from.
-    """
-    area, armature = context.area, context.view_layer.objects.active
-    region = next((region for region in area.regions if region.type == "WINDOW"), None) if area else None
-    if area is None or region is None or armature is None or area.type != "VIEW_3D":
-        return
-    space: Any = area.spaces.active
-    space.overlay.show_overlays = False
-    space.shading.type, space.shading.background_type = "SOLID", "VIEWPORT"
-    space.shading.background_color = _BACKGROUND
-    stage_module.light_brightly(space.shading)
-    people = [armature, *(item for item in context.scene.objects if item.type == "MESH" and item.find_armature() is armature)]
-    with context.temp_override(region=region):
-        if space.local_view is None:
-            for item in people:
-                item.select_set(True)
-            bpy.ops.view3d.localview(frame_selected=False)
-            for item in people[1:]:
-                item.select_set(False)
-        tall = max((armature.matrix_world @ Vector(corner)).z for item in people for corner in item.bound_box)
-        view = space.region_3d
-        view.view_perspective = "PERSP"
-        view.view_rotation = Euler((math.radians(87), 0, math.radians(8))).to_quaternion()
-        view.view_location = armature.matrix_world.translation + Vector((0, 0, _MIDDLE * tall))
-        view.view_distance = _DISTANCE * tall

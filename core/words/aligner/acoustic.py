@@ -19,8 +19,7 @@ STEP = np.float32(np.log(1.0001) * 1024)
 """Nats per step of the 8-bit weights."""
 _VARIANCE_FLOOR = 1e-4
 _DENSITY_RANGE = 96 * STEP
-"""Nats below a frame's best codebook at which a stream's density is clipped, as in Sphinx, so that one bad frame does not
-decide a path."""
+"""Nats below a frame's best codebook at which a stream's density is clipped, as in Sphinx, lest one frame decides a path."""
 _BLOCK = 400
 """Frames scored at a time: 9 MB."""
 

@@ -25,8 +25,7 @@ _PROBE = 15.0
 _REACH = 400
 _REACH_STEP = 150
 _MAX_REACH = 4000
-"""Recovery: seconds per trial, words ahead that the first trial considers, how many more each later one does, and the
-maximum."""
+"""Recovery: seconds per trial, words ahead that the first trial considers, how many more each later one does, the most."""
 _PATIENCE = (60.0, 900.0)
 """Seconds of recognition before giving up: if nothing was ever found, and otherwise."""
 _AGREEING_PAIRS, _WINDOW, _MAX_SHIFT = 4, 9, 2

@@ -150,11 +150,11 @@ def test_a_dozen_edits(speaker, examples):
         told = take_list.active(figure()).warnings
         assert len(after[1]) == number + 1 and not same_curves(before[0], after[0]), number
         missed += [] if there() else [after[1][-1]]
-        assert there() or f"Edit {number + 1} " in told, (number, after[1][-1], told)
+        assert there() or f"Decision {number + 1} " in told, (number, after[1][-1], told)
         assert elsewhere(before[0], after[0], now()), (number, after[1][-1])
         bpy.ops.ed.undo()
         assert same_curves(state()[0], before[0]) and state()[1:] == before[1:], number
         bpy.ops.ed.redo()
         assert same_curves(state()[0], after[0]) and state()[1:] == after[1:], number
-        assert there() or f"Edit {number + 1} " in told, number
+        assert there() or f"Decision {number + 1} " in told, number
     assert len(missed) <= 2, missed  # each is told; of a lively take more neighbours leave no room

@@ -186,6 +186,7 @@ def test_a_gesture_is_added_at_a_word_that_is_searched(speaker, take):
     said = gesture_edits.stored_words(take)
     number = len(said) // 2
     assert press(bpy.ops.s2ag.add_at_word, word=str(number), kind="big") == {"FINISHED"}
+    assert abs(bpy.context.scene.frame_current - gesture_edits.frame_at(take, bpy.context.scene, said[number][1])) < 1
     (edit,) = gesture_edits.edits_of(now(speaker))
     assert (edit["word"], edit["kind"]) == (gesture_edits.word_occurrence(take, number)[0], "big")
     _, start, end = said[number]
@@ -210,9 +211,16 @@ def test_the_list_follows_the_playhead_and_leads_it(speaker, take):
 
 
 def test_every_kind_of_the_vocabulary_can_be_asked_for(extension):
-    kinds = [one[0] for one in menu_items.kinds()]  # whose items with pictures are made when they are shown
-    others = [one for one in vocabulary.load_vocabulary().gestures if one != "point"]
-    assert kinds == ["beat", "point", "rest", *others]
+    kinds = [one[0] for one in menu_items.kinds() if one[0]]  # whose items with pictures are made when they are shown
+    assert kinds[:3] == ["beat", "rest", "point"] and len(kinds) == len(set(kinds))
+    assert set(kinds[2:]) == set(vocabulary.load_vocabulary().gestures)
+
+
+def test_kinds_stand_in_columns_that_a_screen_holds(extension):
+    """A single column of them opens at its end where a menu opens upwards."""
+    headings = [number for number, one in enumerate(menu_items.kinds()) if not one[0]]
+    ends = [0, *headings, len(menu_items.kinds())]
+    assert 4 <= len(headings) <= 6 and max(after - first for first, after in zip(ends, ends[1:], strict=False)) <= 18
 
 
 def test_gestures_lie_where_they_are_made_whatever_the_speed(speaker, take):

@@ -8,7 +8,7 @@ from acted import drawn, press
 from s2ag.core.sound import wavefile
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.takes import engine_requests, sources
-from s2ag.s2ag_blender.ui import try_it
+from s2ag.s2ag_blender.ui import try_it, views
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def test_the_view_is_a_films_and_the_scene_stays(empty):
     human = try_it.stage(bpy.context)
     area = next(area for area in bpy.context.screen.areas if area.type == "VIEW_3D")
     with bpy.context.temp_override(area=area):
-        try_it.frame_view(bpy.context)
+        views.frame_view(bpy.context)
     space = area.spaces.active
     assert space.local_view is not None and not space.overlay.show_overlays and space.shading.color_type == "TEXTURE"
     if bpy.app.version >= (5, 0):  # before, Blender gives objects their local view when it draws, which a window alone does
@@ -65,3 +65,23 @@ def test_the_view_is_a_films_and_the_scene_stays(empty):
     assert bpy.context.view_layer.objects.active is human and list(bpy.context.selected_objects) == [human]
     assert not cube.hide_get() and not cube.hide_viewport
     assert all(scene.objects[name].matrix_world == matrix for name, matrix in before.items())
+
+
+def test_a_character_out_of_view_is_turned_to(empty):
+    """One that was imported beside Try It's person; a view that shows it, and a camera's, stay."""
+    bpy.ops.wm.read_factory_settings()
+    other = engine_requests.add_character("mannequin")
+    bpy.context.view_layer.update()
+    area = next(area for area in bpy.context.screen.areas if area.type == "VIEW_3D")
+    view = area.spaces.active.region_3d
+
+    def turned(x, perspective="PERSP"):
+        other.location.x, view.view_perspective, before = x, perspective, view.view_location.copy()
+        bpy.context.view_layer.update()
+        with bpy.context.temp_override(area=area):
+            views.show_character(bpy.context, other)
+        return view.view_location != before
+
+    assert not turned(0) and not turned(50, "CAMERA")
+    assert turned(50) and (view.view_location - other.matrix_world.translation).length < 2
+    assert other.dimensions.z < view.view_distance < 3 * other.dimensions.z

@@ -73,7 +73,7 @@ def test_all_that_a_director_decides_is_done_from_a_file_and_by_a_script(take, e
     asked = ["--audio", str(sound), "--transcript", str(words), "--edits", str(tmp_path / "edits.json")]
     assert main(["edit", str(take), *asked, "-o", str(out / "a.npz")]) == 0
     told = capsys.readouterr().err
-    assert "s2ag: note: Edit 8 (delete) was left out: there is no gesture at 900.00 s." in told
+    assert "s2ag: note: Decision 8 was left out: there is no gesture at 900.00 s." in told
     made = Motion.load(out / "a.npz")
     script = Director(Session(cache="off")).direct(Request(sound, transcript=words, seed=2), decided).motions[0]
     assert np.array_equal(made.directions, script.directions)

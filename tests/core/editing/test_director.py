@@ -245,7 +245,7 @@ def vars_of(director, base):
     ],
 )
 def test_what_cannot_be_done_is_told_with_its_number(after, edit):
-    with pytest.raises(UsageError, match="Edit 1 ") as told:
+    with pytest.raises(UsageError, match="Decision 1 ") as told:
         after(edit)
     assert told.value.remedy
 

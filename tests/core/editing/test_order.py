@@ -63,8 +63,8 @@ def test_an_edit_that_the_style_makes_impossible_is_named_and_the_others_stay(di
     every = [{"do": "delete", "at": alone[0].at}, decided[1], STYLE]
     result = director.direct(request_, every)
     assert result.motions[0].meta["unmet"] == [0] and pointing(result.motions[0])
-    assert any(f"Edit 1 (delete) was left out: there is no gesture at {alone[0].at:.2f} s" in one for one in result.warnings)
-    with pytest.raises(UsageError, match="Edit 2 cannot be done"):  # decided in that style, it is wrong
+    assert any(f"Decision 1 was left out: there is no gesture at {alone[0].at:.2f} s" in one for one in result.warnings)
+    with pytest.raises(UsageError, match="Decision 2 cannot be done"):  # decided in that style, it is wrong
         director.direct(request_, [STYLE, every[0]])
 
 
@@ -85,7 +85,7 @@ def test_a_file_keeps_its_edits_in_a_style_that_is_chosen_later(director, reques
 def test_what_was_forgiven_once_is_refused_where_it_is_not(director, request_):
     wrong = [{"do": "delete", "at": 900.0}]
     assert director.direct(request_, wrong, forgiven=1).motions[0].meta["unmet"] == [0]
-    with pytest.raises(UsageError, match="Edit 1 cannot be done"):
+    with pytest.raises(UsageError, match="Decision 1 cannot be done"):
         director.direct(request_, wrong)
 
 

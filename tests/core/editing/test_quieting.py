@@ -130,7 +130,7 @@ def test_what_does_not_apply_any_more_is_told_and_passed_over(director, request_
     result = director.direct(request_, edits, forgiven=2)
     assert gestures.nearest_of(strokes(result.motions[0]), strokes(base)[2].at, 0.1) is None
     assert result.motions[0].meta["unmet"] == [0] and result.motions[0].meta["edits"] == edits
-    assert any("Edit 1 (delete) was left out" in warning for warning in result.warnings)
+    assert any("Decision 1 was left out" in warning for warning in result.warnings)
 
 
 @pytest.mark.slow
