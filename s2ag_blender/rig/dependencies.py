@@ -85,11 +85,6 @@ def trim(armature: ArmatureObject, bones: Sequence[str]) -> None:
         armature.data.animation_data_clear()
 
 
-def mutual_dependencies(copy: bpy.types.Object, armature: ArmatureObject) -> list[bpy.types.Object]:
-    """Return the objects on which ``copy``, a copy of ``armature``, depends and that depend on ``armature`` in turn."""
-    return [item for item in dependencies_of(copy) if item not in (copy, armature) and armature in dependencies_of(item)]
-
-
 def dependencies_of(item: bpy.types.Object) -> set[bpy.types.Object]:
     """Return an object and all objects on which it depends through constraints, drivers and parents."""
     objects, queue = set(), [item]

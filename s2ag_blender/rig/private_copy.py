@@ -116,7 +116,8 @@ def rig_copy(
     with _silence():
         try:
             item = _copy(armature, made)
-            others = dependencies.mutual_dependencies(item, armature)
+            needed = dependencies.dependencies_of(item) - {item, armature}
+            others = [other for other in needed if armature in dependencies.dependencies_of(other)]  # they need each other
             copies: dict[bpy.types.ID, bpy.types.Object] = {armature: item}
             copies |= {other: _keep(other.copy(), made) for other in others}
             for copy in copies.values():

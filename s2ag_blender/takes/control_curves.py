@@ -94,7 +94,7 @@ def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tup
         tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS}
         frames = timing.clock_of(meta, scene_fps(scene)).frame(HEARD_STEP * np.arange(len(tracks[AFFECTS[0]])))
         share, sliders = float(meta.get("follow", 1.0)), {name: float(meta["affect"].get(name, 0.0)) for name in AFFECTS}
-        together = {name: np.clip(share * track + sliders[name] + 0 * frames, -1, 1) for name, track in tracks.items()}
+        together = {name: np.clip(share * track + sliders[name] + 0 * frames, -1, 1) for name, line in tracks.items()}
     except (KeyError, TypeError, ValueError, AttributeError):
         return np.zeros(0), {}
     return (frames, together) if frames.size and np.isfinite(list(together.values())).all() else (np.zeros(0), {})
@@ -103,7 +103,7 @@ def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tup
 def heard_now(action: bpy.types.Action | None, scene: bpy.types.Scene) -> dict[str, str]:
     """Return what :func:`heard_affect` has at the playhead, as text by name."""
     frames, tracks = heard_affect(action, scene)
-    return {name: f"{round(np.interp(scene.frame_current, frames, track), 1) + 0.0:.1f}" for name, track in tracks.items()}
+    return {name: f"{round(float(np.interp(scene.frame_current, frames, line)), 1) + 0.0:.1f}" for name, line in tracks.items()}
 
 
 def key_heard(armature: ArmatureObject, action: bpy.types.Action, scene: bpy.types.Scene) -> int:

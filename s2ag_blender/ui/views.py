@@ -55,7 +55,7 @@ def show_character(context: Context, armature: ArmatureObject) -> None:
     view, middle = space.region_3d, armature.matrix_world @ (sum(map(Vector, armature.bound_box), Vector()) / 8)
     at = location_3d_to_region_2d(region, view, middle)
     if at is None or not (0 < at.x < region.width and 0 < at.y < region.height):
-        view.view_location, view.view_distance = middle, _AWAY * max(armature.dimensions)
+        view.view_location, view.view_distance = middle, _AWAY * max(*armature.dimensions)
 
 
 def show_range(context: Context) -> None:
@@ -68,8 +68,8 @@ def show_range(context: Context) -> None:
 
 def _viewport(context: Context) -> tuple[Any, Any]:
     """Return the main region and the space of the 3D viewport in which a button was pressed; None without one."""
-    is_one = context.area is not None and context.area.type == "VIEW_3D"
-    return (_main(context.area), context.area.spaces.active) if is_one else (None, None)
+    area: Any = context.area
+    return (_main(area), area.spaces.active) if area is not None and area.type == "VIEW_3D" else (None, None)
 
 
 def _main(area: Any) -> Any:
