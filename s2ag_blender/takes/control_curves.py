@@ -94,7 +94,7 @@ def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tup
         tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS}
         frames = timing.clock_of(meta, scene_fps(scene)).frame(HEARD_STEP * np.arange(len(tracks[AFFECTS[0]])))
         share, sliders = float(meta.get("follow", 1.0)), {name: float(meta["affect"].get(name, 0.0)) for name in AFFECTS}
-        together = {name: np.clip(share * track + sliders[name] + 0 * frames, -1, 1) for name, line in tracks.items()}
+        together = {name: np.clip(share * track + sliders[name] + 0 * frames, -1, 1) for name, track in tracks.items()}
     except (KeyError, TypeError, ValueError, AttributeError):
         return np.zeros(0), {}
     return (frames, together) if frames.size and np.isfinite(list(together.values())).all() else (np.zeros(0), {})
