@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ...core.editing.time_alignment import unsaid_edits
-from ...core.errors import AudioUnreadable, S2agError
+from ...core.errors import S2agError
 from ...core.motion.motion import Motion
 from ...core.settings import names_with
 from ...rigs.skeleton import PARTS as BODY_PARTS
@@ -304,11 +304,8 @@ def _add_sound_and_markers(planned: Plan, scene: bpy.types.Scene, motion: Motion
         scene.sync_mode = "AUDIO_SYNC"
     else:
         name = f"{planned.armature.name} – {Path(voice.path).stem}"
-        try:
-            own, news = sound_strips.add_strip(scene, voice.path, round(span.start), name, kept["add_sound"])
-            warnings.extend(news)
-        except AudioUnreadable as error:  # the engine reads more formats than Blender's sound system
-            warnings.append(f"The gestures are there, the sound strip is not: {error}")
+        own, news = sound_strips.add_strip(scene, voice.path, round(span.start), name, kept["add_sound"])
+        warnings.extend(news)
     if kept["add_markers"]:
         if motion.words:
             markers.add(scene, motion.words, span.start, kept["marker_prefix"], span.first, span.last)

@@ -7,6 +7,7 @@ from typing import Any
 
 import bpy
 
+from ...core.errors import AudioUnreadable
 from .. import compat, json_properties
 from ..datablocks import ArmatureObject, SoundStrip, is_armature
 from ..keys.layers import Place
@@ -21,13 +22,16 @@ _SILENCED = "s2ag_silenced"  # on strips that were muted here, not by the user
 def add_strip(scene: bpy.types.Scene, path: str, start: int, name: str, wanted: bool = True) -> tuple[str, list[str]]:
     """Find the strip of a recording at a frame, or add it if ``wanted``; return its tag and messages for the user.
 
-    The tag is "" if the strip is the user's or there is none. Raises :class:`AudioUnreadable`."""
+    The tag is "" if the strip is the user's or there is none."""
     others = [strip for strip in sound.of_file(scene, path) if TAG not in strip]
     strip = sound.playing(scene, path, start)
     if strip is None and not wanted:
         return "", []
     if strip is None:
-        strip = sound.add_sound(scene, path, start, name)
+        try:
+            strip = sound.add_sound(scene, path, start, name)
+        except AudioUnreadable as error:  # the engine reads more formats than Blender's sound system
+            return "", [f"The gestures are there, the sound strip is not: {error}"]
         strip[TAG] = uuid.uuid4().hex
         compat.show_in_sequencers(scene)
     scene.sync_mode = "AUDIO_SYNC" if wanted else scene.sync_mode

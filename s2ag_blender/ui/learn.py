@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import bpy
 
+from ...core.errors import UsageError
 from .. import provenance
 from ..datablocks import Context, current_context
 from ..engine import engine_state
@@ -68,6 +69,10 @@ class _FromFile(SlicedOperator, NeedsCharacter):
             return button("INVOKE_DEFAULT", filepath=self.filepath)
         return super().execute(context)
 
+    def finished(self, outcome: str) -> OperatorResult:
+        self.report({"INFO"}, outcome)
+        return {"FINISHED"}
+
 
 class S2AG_OT_own_style(_FromFile, bpy.types.Operator):
     """Add a style of your own to the menu: one that was learned, or one to learn from a motion file of somebody who talks"""
@@ -79,12 +84,10 @@ class S2AG_OT_own_style(_FromFile, bpy.types.Operator):
     def slices(self, context: Context) -> Generator[float, None, str]:
         settings = require_character(context).s2ag
         weights = menu_items.speakers_and_controls(settings).get("hash", "")
-        return learning.style_in_slices(bpy.path.abspath(self.filepath), weights, engine_state.interpreter(context))
-
-    def finished(self, outcome: str) -> OperatorResult:
-        require_character(current_context()).s2ag.style_pick = outcome
-        self.report({"INFO"}, translate("The style {name} is in the menu", name=outcome))
-        return {"FINISHED"}
+        python = engine_state.interpreter(context)
+        name = yield from learning.style_in_slices(bpy.path.abspath(self.filepath), weights, python)
+        require_character(current_context()).s2ag.style_pick = name
+        return translate("The style {name} is in the menu", name=name)
 
 
 class S2AG_OT_capture_film(OfCharacter, _FromFile, bpy.types.Operator):
@@ -94,21 +97,20 @@ class S2AG_OT_capture_film(OfCharacter, _FromFile, bpy.types.Operator):
 
     filter_glob: bpy.props.StringProperty(default="*.mp4;*.mov;*.mkv;*.webm;*.avi;*.m4v", options={"HIDDEN"})
 
-    def slices(self, context: Context) -> Generator[float, None, tuple[Path, list[str]]]:
+    def slices(self, context: Context) -> Generator[float, None, str]:
         film = Path(bpy.path.abspath(self.filepath))
-        motion = film.with_name(f"{film.stem} captured.npz")
-        command = learning.command_in_slices(["capture", str(film), "-o", str(motion)], engine_state.interpreter(context))
-        return motion, (yield from command)
-
-    def finished(self, outcome: tuple[Path, list[str]]) -> OperatorResult:
-        (path, notes), armature, scene = outcome, require_character(current_context()), current_context().scene
+        path = film.with_name(f"{film.stem} captured.npz")
+        command = ["capture", str(film), "-o", str(path)]
+        notes = yield from learning.command_in_slices(command, engine_state.interpreter(context))
+        if reason := self.why_not(current_context()):
+            raise UsageError(reason)
+        armature, scene = require_character(current_context()), current_context().scene
         drafts.drop(armature)
         action = import_motion.apply_motion_file(armature, path, None, False, notes.append)
         place = layers.Place("ACTION", round(action.frame_range[0]), round(action.frame_range[1]))
         provenance.stamp(action, {**provenance.require(action), "place": asdict(place)})
         if (sound := path.with_suffix(".wav")).is_file():
-            strip = sound_strips.add_strip(scene, str(sound), scene.frame_start, path.stem, armature.s2ag.add_sound)
-            action[sound_strips.TAG] = strip[0]
+            tag, news = sound_strips.add_strip(scene, str(sound), scene.frame_start, path.stem, armature.s2ag.add_sound)
+            action[sound_strips.TAG], notes = tag, notes + news
         take_list.add_takes(armature, [action], path.stem, notes)
-        self.report({"INFO"}, translate("{name} performs {file}", name=armature.name, file=action.name))
-        return {"FINISHED"}
+        return translate("{name} performs {file}", name=armature.name, file=action.name)
