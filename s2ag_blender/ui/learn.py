@@ -2,7 +2,6 @@
 # pyright: reportInvalidTypeForm=false
 
 from collections.abc import Generator
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
 
@@ -12,7 +11,6 @@ from ...core.errors import UsageError
 from .. import provenance
 from ..datablocks import Context, current_context
 from ..engine import engine_state
-from ..keys import layers
 from ..takes import drafts, learning, menu_items, sound_strips, sources, take_list
 from ..takes.operator_base import SlicedOperator
 from ..translations import translate
@@ -107,8 +105,8 @@ class S2AG_OT_capture_film(OfCharacter, _FromFile, bpy.types.Operator):
         armature, scene = require_character(current_context()), current_context().scene
         drafts.drop(armature)
         action = import_motion.apply_motion_file(armature, path, None, False, notes.append)
-        place = layers.Place("ACTION", round(action.frame_range[0]), round(action.frame_range[1]))
-        provenance.stamp(action, {**provenance.require(action), "place": asdict(place)})
+        place = {"result": "ACTION", "first": round(action.frame_range[0]), "last": round(action.frame_range[1])}
+        provenance.stamp(action, {**provenance.require(action), "place": place})
         if (sound := path.with_suffix(".wav")).is_file():
             tag, news = sound_strips.add_strip(scene, str(sound), scene.frame_start, path.stem, armature.s2ag.add_sound)
             action[sound_strips.TAG], notes = tag, notes + news
