@@ -1,5 +1,6 @@
 """An arm that is told busy, locked, or held by another object stays; the other one talks for both."""
 
+import acted
 import bpy
 import pytest
 from acted import curves
@@ -32,6 +33,18 @@ def test_a_busy_arm_has_no_keys_and_the_other_hand_is_preferred(speaker, voice, 
     assert not [path for path in paths if "upper_arm.L" in path or "forearm.L" in path or "hand.L" in path]
     assert [path for path in paths if "upper_arm.R" in path]
     assert provenance.read(outcome.actions[0])["hand"] == 1.0
+
+
+def test_a_hand_that_holds_is_found_again_after_undo_and_in_a_saved_file(speaker, voice, tmp_path):
+    bpy.ops.ed.undo_push(message="ready")
+    hold(speaker)
+    bpy.ops.ed.undo_push(message="holds")
+    assert acted.press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    bpy.ops.ed.undo()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "cup.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "cup.blend"))
+    figure = bpy.data.objects["Mannequin"]
+    assert not figure.s2ag.takes and generate.plan(bpy.context, figure).params["hand"] == 1.0
 
 
 def test_free_arms_and_arms_of_control_rigs_are_not_busy(speaker):

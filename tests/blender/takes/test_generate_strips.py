@@ -52,12 +52,22 @@ def test_every_strip_that_is_heard_has_a_take_in_its_place(speaker, strips):
     assert np.linalg.norm(wrists[0] - wrists[2]) > 1e-3 and np.linalg.norm(wrists[1] - wrists[2]) > 1e-3
 
 
-def test_one_undo_takes_all_of_them_back(speaker, strips):
+def test_one_undo_takes_all_of_them_back_and_a_saved_file_has_them(speaker, strips, tmp_path):
     bpy.ops.ed.undo_push(message="before")
     press(bpy.ops.s2ag.generate_strips)
     bpy.ops.ed.undo()
     figure = bpy.data.objects["Mannequin"]
     assert not figure.s2ag.takes and not layers.strips(figure)
+
+    def found():
+        return [(take.name, take.recording) for take in figure.s2ag.takes], [strip.frame_start for strip in playing(figure)]
+
+    press(bpy.ops.s2ag.generate_strips)
+    before = found()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "lines.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "lines.blend"))
+    figure = bpy.data.objects["Mannequin"]
+    assert found() == before and len(before[0]) == len(before[1]) == 2
 
 
 def test_selected_strips_alone(speaker, strips):

@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 import pytest
+from acted import press
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.ui import idle
@@ -52,6 +53,29 @@ def test_the_strip_of_an_idle_leaves_the_action_alone(crowd):
     bpy.ops.s2ag.idle(seconds=2)
     data = crowd[0].animation_data
     assert data.action is None and len(data.nla_tracks) == 1
+
+
+def test_a_seated_idle_is_undone_in_one_step_and_made_alike_from_a_saved_file(crowd, tmp_path):
+    for figure in crowd:
+        figure.s2ag.seated, figure.s2ag.table = "ON", 1.1
+    names = [figure.name for figure in crowd]
+    bpy.ops.ed.undo_push(message="ready")
+    press(bpy.ops.s2ag.idle, seconds=2)
+    bpy.ops.ed.undo()
+    crowd = [bpy.data.objects[name] for name in names]
+    assert not [one for one in crowd if one.animation_data and one.animation_data.action] and crowd[2].s2ag.seated == "ON"
+
+    bpy.ops.s2ag.idle(seconds=2)
+    frames = range(1, 49, 6)
+    before = [wrists(figure, frames) for figure in crowd]
+    assert min(path[:, [2, 5]].min() for path in before) > 1.1  # hands lie on the table
+    for path in (tmp_path / "waits.blend", tmp_path / "again.blend"):
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        crowd = [bpy.data.objects[name] for name in names]
+        assert [one.s2ag.seated for one in crowd] == ["ON"] * 3 and crowd[0].s2ag.table == pytest.approx(1.1)
+        assert np.abs(np.subtract([wrists(figure, frames) for figure in crowd], before)).max() < 1e-6
+        bpy.ops.s2ag.idle(seconds=2)
 
 
 def test_blender_is_let_go_between_characters_and_what_is_broken_off_leaves_nothing(crowd):
