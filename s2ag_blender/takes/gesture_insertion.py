@@ -82,5 +82,6 @@ def insert(
     builder = ActionBuilder(planned, armature, scene, report)
     action = run_to_end(builder.acting(motion, run_to_end(builder.keying(motion)), []))
     action.name = f"{armature.name} {name or 'gesture'}"
+    action.frame_start, action.frame_end = min(action.frame_start, frame), max(action.frame_end, last)  # of a copied take
     layers.show(armature, action)
     return action

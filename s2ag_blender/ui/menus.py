@@ -70,8 +70,14 @@ def draw_in_add(self: LayoutMixin, context: Context) -> None:
     self.layout.operator("s2ag.add_mannequin", icon="ARMATURE_DATA")
 
 
+def draw_in_assets(self: LayoutMixin, context: Context) -> None:
+    """Draw the entry in the menu that a click with the right button opens in an asset browser, which has no F3."""
+    self.layout.operator("s2ag.insert_gesture", icon="VIEW_PAN")
+
+
 def register() -> None:
     """Add the menu entries."""
+    bpy.types.ASSETBROWSER_MT_context_menu.prepend(draw_in_assets)
     bpy.types.VIEW3D_MT_armature_add.append(draw_in_add)
     bpy.types.VIEW3D_MT_object_animation.append(draw_in_animation)
 
@@ -80,3 +86,4 @@ def unregister() -> None:
     """Undo :func:`register`."""
     bpy.types.VIEW3D_MT_object_animation.remove(draw_in_animation)
     bpy.types.VIEW3D_MT_armature_add.remove(draw_in_add)
+    bpy.types.ASSETBROWSER_MT_context_menu.remove(draw_in_assets)

@@ -6,12 +6,13 @@ import os
 import bpy
 import numpy as np
 import pytest
+import s2ag
 from acted import now, press
 from s2ag.core.editing.gesture_motion import perform_kind
 from s2ag.core.motion import rest
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.takes import gesture_assets, gesture_edits
-from s2ag.s2ag_blender.ui import idle
+from s2ag.s2ag_blender.ui import idle, menus
 
 pytestmark = pytest.mark.slow
 
@@ -94,6 +95,7 @@ def test_a_gesture_is_made_in_what_is_there_and_a_second_one_leaves_the_first(fi
         scene.frame_set(frame)
         assert press(bpy.ops.s2ag.insert_gesture, gesture=kind) == {"FINISHED"}
     after = figure.animation_data.action
+    assert after.frame_range[:] == (1, 145)
     assert after != before and before.users and all((channels(before)[key] == former[key]).all() for key in former)
     now_there = channels(after)
     moved = np.array([np.abs(now_there[key] - former[key]) for key in former]).max(0)
@@ -114,6 +116,23 @@ def test_what_nobody_has_animated_begins_and_ends_as_it_stands(figure):
     for frame in (first, last):
         bpy.context.scene.frame_set(frame)
         assert np.allclose(np.array(figure.pose.bones["upper_arm.L"].matrix_basis.to_quaternion()), stands, atol=1e-4)
+
+
+def test_a_gesture_after_the_end_makes_the_action_longer(figure):
+    for frame in (1, 80):
+        bpy.context.scene.frame_set(frame)
+        assert press(bpy.ops.s2ag.insert_gesture, gesture="big") == {"FINISHED"}
+    action = figure.animation_data.action
+    assert action.frame_range[1] == max(curve.range()[1] for curve in compat.curves(action)) > 100
+    assert action.frame_range[0] == 1
+
+
+def test_the_menu_of_an_asset_browser_has_it(figure):
+    """F3 does not search there."""
+    assert menus.draw_in_assets in bpy.types.ASSETBROWSER_MT_context_menu._dyn_ui_initialize()
+    s2ag.unregister()
+    assert menus.draw_in_assets not in bpy.types.ASSETBROWSER_MT_context_menu._dyn_ui_initialize()
+    s2ag.register()
 
 
 def test_a_strip_leaves_the_action_alone(figure):
