@@ -18,7 +18,7 @@ from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, envelope
 from .proportions import to_trunk_frame as to_frame
 
 TOUCH = 0.01
-"""Depth of intersection that counts as contact, in hand lengths: skin is soft."""
+"""Depth of intersection that counts as contact, in hand lengths: skin is soft. A table or a lap is kept twice as far off."""
 EASE = 0.45
 """Seconds over which a correction fades in and out."""
 _ELBOW_SHARE = 0.4
@@ -176,7 +176,7 @@ class _Arm:
         if body.whole:
             outer = np.append(outer, len(self.held.balls.radii) + np.arange(len(ALONG)))
         points = (self.spheres if body.whole else self.palm)(frames)[:, outer] + (0.0 if offset is None else offset[:, None])
-        return body.depth(points, self.radii[outer] - TOUCH * self.size, frames).max(-1)
+        return body.depth(points, self.radii[outer] + (3 * body.whole - 1) * TOUCH * self.size, frames).max(-1)
 
     def move_out_of(self, body: Body, fps: float) -> None:
         """Shift the wrist so that the hand leaves ``body``."""

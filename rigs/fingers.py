@@ -139,13 +139,13 @@ def _distinct(heads: np.ndarray, chain: list[int], distance: float) -> list[int]
 def _thumb(bones: Bones, hand: int, chains: Sequence[tuple[int, ...]], length: float) -> int | None:
     """Return the index of the thumb, the chain that points away from the others and ends nearer to the wrist, or None."""
     heads = bones.heads
-    along = np.array([_unit(heads[chain[-1]] - heads[chain[0]]) for chain in chains])
+    along = np.array([unit(heads[chain[-1]] - heads[chain[0]]) for chain in chains])
     # A finger's chain may begin in the palm, so only its end is compared.
     ends = np.linalg.norm(heads[[chain[-1] for chain in chains]] - heads[hand], axis=-1) / length
     scores = []
     for place in range(len(chains)):
         others = np.arange(len(chains)) != place
-        apart = np.degrees(np.arccos(np.clip(along[place] @ _unit(along[others].sum(0)), -1, 1)))
+        apart = np.degrees(np.arccos(np.clip(along[place] @ unit(along[others].sum(0)), -1, 1)))
         scores.append(apart / 30.0 + 2.0 * (np.median(ends[others]) - ends[place]))
     best = int(np.argmax(scores))
     return best if scores[best] > 0.9 else None
@@ -163,14 +163,14 @@ def _orient(
     """Order the fingers from the index on, and find the palm's side of the hand."""
     heads = bones.heads
     knuckles = heads[[chain[0] for chain in fingers]]
-    along = _unit(np.sum([_unit(heads[chain[-1]] - heads[chain[0]]) for chain in fingers], axis=0))
+    along = unit(np.sum([unit(heads[chain[-1]] - heads[chain[0]]) for chain in fingers], axis=0))
     flat = knuckles - knuckles.mean(0)
     flat = flat - np.outer(flat @ along, along)
     across = np.linalg.svd(flat)[2][0]
     # Without a thumb use where it would point: forwards, at rest, whether the arms are out or down.
     towards = heads[thumb[-1]] - knuckles.mean(0) if thumb else -character_frame(bones, mapping)[1]
-    across = _unit(across * np.sign(across @ towards or 1.0))
-    normal = _unit(np.cross(along, across)) * SIDES[side]
+    across = unit(across * np.sign(across @ towards or 1.0))
+    normal = unit(np.cross(along, across)) * SIDES[side]
     order = np.argsort(-(flat @ across))
     chains = tuple(fingers[place] for place in order)
     bends = [rest_bend(bones, chain, np.cross(_direction(bones, chain), normal)).sum() for chain in chains]
@@ -183,16 +183,16 @@ def _bends(bones: Bones, hand: Hand) -> Iterator[tuple[tuple[int, ...], np.ndarr
     """Yield for each finger its rows, the degrees at its joints (up to three), and the bend's axis (3,) in armature space."""
     count = max(len(hand.fingers) - 1, 1)
     for place, chain in enumerate(hand.fingers):
-        axis = _unit(np.cross(_direction(bones, chain), hand.palm))
+        axis = unit(np.cross(_direction(bones, chain), hand.palm))
         share = place / count
         angles = (1 - share) * RELAXED["index"] + share * RELAXED["little"]
         yield chain, _subtract_rest(bones, chain, angles, axis), axis
     if hand.thumb:
         # A thumb closes towards the fingers more than towards the palm, and further if it is spread at rest.
         thumb = _direction(bones, hand.thumb)
-        axis = _unit(np.cross(thumb, _unit(0.6 * hand.palm - 0.8 * hand.across)))
+        axis = unit(np.cross(thumb, unit(0.6 * hand.palm - 0.8 * hand.across)))
         angles = _subtract_rest(bones, hand.thumb, RELAXED["thumb"], axis)
-        along = _unit(np.sum([_direction(bones, chain) for chain in hand.fingers], axis=0))
+        along = unit(np.sum([_direction(bones, chain) for chain in hand.fingers], axis=0))
         angles[0] += np.clip(np.degrees(np.arccos(np.clip(thumb @ along, -1, 1))) - SPREAD, 0.0, MOST_CLOSED)
         yield hand.thumb, angles, axis
 
@@ -210,20 +210,21 @@ def rest_bend(bones: Bones, chain: Sequence[int], axis: np.ndarray) -> np.ndarra
     """Return the bend in degrees (joints,) of a finger's joints about ``axis`` at rest; that of the knuckle is unknown: 0.
 
     The last bone's direction is used only if it continues the finger's: in many files it is arbitrary."""
-    axis = _unit(axis)
+    axis = unit(axis)
     steps = [*np.diff(bones.heads[list(chain)], axis=0)]
     tail, last = bones.tails[chain[-1]] - bones.heads[chain[-1]], np.linalg.norm(steps[-1])
-    if len(chain) < 4 and 0.4 * last < np.linalg.norm(tail) < 1.6 * last and _unit(tail) @ _unit(steps[-1]) > 0.7:
+    if len(chain) < 4 and 0.4 * last < np.linalg.norm(tail) < 1.6 * last and unit(tail) @ unit(steps[-1]) > 0.7:
         steps.append(tail)
-    flat = [_unit(step - (step @ axis) * axis) for step in steps]
+    flat = [unit(step - (step @ axis) * axis) for step in steps]
     bend = [np.degrees(np.arctan2(np.cross(a, b) @ axis, a @ b)) for a, b in zip(flat[:-1], flat[1:], strict=True)]
     return np.array([0.0, *bend, 0.0][: min(len(chain), 3)])
 
 
 def _direction(bones: Bones, chain: tuple[int, ...]) -> np.ndarray:
     """Return the unit vector (3,) from a finger's knuckle to its last joint."""
-    return _unit(bones.heads[chain[:3][-1]] - bones.heads[chain[0]])
+    return unit(bones.heads[chain[:3][-1]] - bones.heads[chain[0]])
 
 
-def _unit(vector: np.ndarray) -> np.ndarray:
+def unit(vector: np.ndarray) -> np.ndarray:
+    """Return a vector (3,) at unit length."""
     return vector / max(np.linalg.norm(vector), 1e-12)

@@ -111,7 +111,8 @@ def _finger(
     bends = fingers.rest_bend(bones, chain, axis)[1:]
     bent = np.degrees(np.arcsin(np.clip(first @ palm.normal, -1, 1)))
     sideways = quaternion.about(palm.normal, np.radians(aside) * np.sign(np.cross(palm.normal, first) @ palm.thumbwards or 1))
-    turns: dict[int, _Turn] = {chain[0]: quaternion.multiply(sideways, _bend(axis, base - bent))}
+    bend = quaternion.about(np.broadcast_to(axis, (len(base), 3)), np.radians(base - bent))
+    turns: dict[int, _Turn] = {chain[0]: quaternion.multiply(sideways, bend)}
     shares = (MIDDLE_JOINT_SHARE, 1 - MIDDLE_JOINT_SHARE) if len(chain) > 2 else (SHORT_FINGER_SHARE,)
     for row, share, bend in zip(chain[1:3], shares, bends, strict=True):
         turns[row] = axis, np.radians(share * rest - bend)
@@ -149,10 +150,4 @@ def _fan(bones: Bones, palm: Palm, hand: fingers.Hand) -> float:
 
 def _link(bones: Bones, start: int, end: int) -> np.ndarray:
     """Return the unit vector (3,) from head to head."""
-    way = bones.heads[end] - bones.heads[start]
-    return way / max(np.linalg.norm(way), 1e-12)
-
-
-def _bend(axis: np.ndarray, degrees: np.ndarray) -> np.ndarray:
-    """Return rotations (frames, 4) about ``axis`` (3,)."""
-    return quaternion.about(np.broadcast_to(axis, (len(degrees), 3)), np.radians(degrees))
+    return fingers.unit(bones.heads[end] - bones.heads[start])

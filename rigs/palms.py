@@ -50,11 +50,11 @@ def at_rest(
         heads = bones.heads
         wrist = heads[bones.row(mapping.chains[f"{side}_hand"][0])]
         roots = heads[[chain[0] for chain in hand.fingers]]
-        along, normal = _unit(roots.mean(0) - wrist), np.cross(roots[0] - roots[-1], roots.mean(0) - wrist)
-        normal = _unit(normal) * np.sign(normal @ hand.palm or 1.0)
+        along, normal = fingers.unit(roots.mean(0) - wrist), np.cross(roots[0] - roots[-1], roots.mean(0) - wrist)
+        normal = fingers.unit(normal) * np.sign(normal @ hand.palm or 1.0)
     else:
         along = _hand_direction(bones, mapping, side, fore)
-        normal = _unit(guess - along * (along @ guess))
+        normal = fingers.unit(guess - along * (along @ guess))
     neutral = float(angle_about(fore, middle, normal))
     return Palm(along, normal, -SIDES[side] * np.cross(along, normal), hand, neutral)
 
@@ -104,7 +104,3 @@ def _hand_direction(bones: Bones, mapping: Mapping, side: str, fore: np.ndarray)
     own = bones.tails[row] - bones.heads[row]
     length = np.linalg.norm(own)
     return own / length if length > 1e-9 and own @ fore > 0.9 * length else fore
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return vector / max(np.linalg.norm(vector), 1e-12)

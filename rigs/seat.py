@@ -59,8 +59,7 @@ class Seat:
         beyond = np.maximum(ahead + self.joints[..., 1].min(), 0.0)
         aside = np.maximum(np.maximum(points[..., 0] - left, right - points[..., 0]), beyond)
         lap = level + np.where(aside < thick, np.sqrt(np.maximum(thick**2 - aside**2, 0.0)), -aside)
-        on = lap if self.table is None else np.where(ahead + radius > self.edge, np.maximum(self.table + radius, lap), lap)
-        return on
+        return lap if self.table is None else np.where(ahead + radius > self.edge, np.maximum(self.table + radius, lap), lap)
 
     def home(self, side: str, shoulder: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
         """Return where a wrist lies (3,) and the hand's direction (3,), for an arm of length ``size`` at ``shoulder`` (3,)."""
