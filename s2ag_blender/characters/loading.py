@@ -133,17 +133,15 @@ def _forget_missing_images() -> None:
     """Give materials whose images are missing a clay colour, instead of Blender's magenta."""
     for material in bpy.data.materials:
         nodes: Any = material.node_tree.nodes if material.node_tree else ()
-        missing = [node for node in nodes if node.type == "TEX_IMAGE" and node.image and _is_missing(node.image)]
+        read = [node for node in nodes if node.type == "TEX_IMAGE" and node.image and node.image.source == "FILE"]
+        unpacked = [node for node in read if not node.image.packed_file]
+        missing = [node for node in unpacked if not Path(bpy.path.abspath(node.image.filepath)).is_file()]
         for node in missing:
             nodes.remove(node)
         shader = next((node for node in nodes if node.type == "BSDF_PRINCIPLED"), None)
         if missing and shader and not shader.inputs["Base Color"].is_linked:
             shader.inputs["Base Color"].default_value = material.diffuse_color = _CLAY
             shader.inputs["Alpha"].default_value, material.metallic, material.roughness = 1, 0, 0.6
-
-
-def _is_missing(image: bpy.types.Image) -> bool:
-    return image.source == "FILE" and not image.packed_file and not Path(bpy.path.abspath(image.filepath)).is_file()
 
 
 def meshes(armature: ArmatureObject) -> Iterator[MeshObject]:

@@ -25,7 +25,7 @@ def rotations(
     ``planned`` is a ``takes.generate.Plan``, ``former`` are values by data path from before the actions of this package.
     Bones without a neutral rotation, such as legs, are at rest."""
     uid = armature.session_uid
-    key = (readiness.rig_signature(armature), planned.mapping, planned.options, _bone_numbers(armature, former), hands)
+    key = (readiness.look_at(armature).made_of, planned.mapping, planned.options, _bone_numbers(armature, former), hands)
     if not planned.draft or uid not in _CACHE or _CACHE[uid][0] != key:
         rest = np.repeat(skeleton.REST[None], 2, 0)
         still = Motion(rest, hands=hand_synthesis.hanging_hands(rest) if hands else None)

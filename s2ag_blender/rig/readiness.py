@@ -39,11 +39,6 @@ class Readiness:
     hands: tuple[Row, ...] = ()
 
     @property
-    def ready(self) -> bool:
-        """Return whether the character can gesture."""
-        return not self.problem
-
-    @property
     def found(self) -> int:
         """Return how many parts have bones."""
         return sum(row.found for row in self.rows)
@@ -80,17 +75,12 @@ def note_change(rigs: bool = False) -> None:
 
 def readiness_of(armature: ArmatureObject) -> Readiness:
     """Return the readiness of a character; slow for a large rig the first time and after changes."""
-    return _look_at(armature).ready
+    return look_at(armature).ready
 
 
 def mapping(armature: ArmatureObject) -> Mapping | None:
     """Return the mapping behind :func:`readiness_of`, without locked bones; None where it is unusable."""
-    return _look_at(armature).mapping
-
-
-def rig_signature(armature: ArmatureObject) -> tuple[Any, ...]:
-    """Return the cached :func:`state` of a rig: equal as long as nothing changes on which its mapping depends."""
-    return _look_at(armature).made_of
+    return look_at(armature).mapping
 
 
 def cached(armature: ArmatureObject) -> Readiness | None:
@@ -149,7 +139,7 @@ def _locks(armature: ArmatureObject) -> np.ndarray:
     return locks
 
 
-def _look_at(armature: ArmatureObject) -> _Look:
+def look_at(armature: ArmatureObject) -> _Look:
     """Return the cached result, worked out again if the rig has changed."""
     key = _cache_key(armature)
     look = _cache.get(key)

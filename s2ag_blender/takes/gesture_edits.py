@@ -232,7 +232,8 @@ def reroll_edits(take: Any, span: tuple[float, float]) -> tuple[list[dict], list
     edits, reroll = edits_of(take.action), {"do": "reroll", "from": span[0], "to": span[1]}
     if edits and _without_seed(edits[-1]) == reroll:
         edits = edits[:-1]
-    others = [one[-1] for one in versions.version_edits(take) if one and one[:-1] == edits and _without_seed(one[-1]) == reroll]
+    made = map(edits_of, versions.version_actions(take))
+    others = [one[-1] for one in made if one and one[:-1] == edits and _without_seed(one[-1]) == reroll]
     return edits, [{**reroll, "seed": 1 + max((one.get("seed", 0) for one in others), default=0)}]
 
 

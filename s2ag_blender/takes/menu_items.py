@@ -205,9 +205,18 @@ def _second_items(speakers: tuple[tuple[str, str], ...]) -> list[tuple]:
     return [(NOBODY, "Nobody", "Only the first style", 0), *_ordered(speakers, 1)]
 
 
+CACHED = (_style_items, _second_items)
+"""What holds numbers of pictures."""
+
+
 def _ordered(speakers: tuple[tuple[str, str], ...], first: int) -> list[tuple]:
     """Return the items of speakers, numbered from ``first`` on, by temperament with headings, else by name."""
-    items = {name: (name, name[:1].upper() + name[1:], text, number) for number, (name, text) in enumerate(speakers, first)}
+    from .gesture_kinds import style_icon
+
+    items = {
+        name: (name, name[:1].upper() + name[1:], text, style_icon(name), number)
+        for number, (name, text) in enumerate(speakers, first)
+    }
     if not items.keys() >= set().union(*TEMPERAMENTS.values()):  # the menu cannot sort them
         return [items[name] for name in sorted(items)]
     own = tuple(sorted(set(items).difference(*TEMPERAMENTS.values())))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...rigs.goals import Options
 from ...rigs.skeleton import Mapping
-from . import retiming, sources, timing
+from . import recordings, retiming, sources, timing
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,8 @@ class Plan:
     def lies(self) -> dict[str, Any]:
         """Return the provenance of a take with a time warp or a followed strip; {} for others."""
         voice = self.voice
-        timed = {timing.WAY: timing.time_map_as_meta(voice.way), retiming.FOLLOWS: retiming.recording_meta(voice.path)}
+        follows = {"path": voice.path, retiming.FILE: recordings.content_mark(voice.path)}
+        timed = {timing.WAY: timing.time_map_as_meta(voice.way), retiming.FOLLOWS: follows}
         return timed if voice.followed or voice.way is not None else {}
 
 

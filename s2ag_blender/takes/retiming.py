@@ -40,7 +40,7 @@ FOLLOWS = "follows"
 recording for which it was generated."""
 _MIN_SHIFT = 0.5
 """Smaller changes of a strip, in frames, are ignored."""
-_FILE = "file"
+FILE = "file"
 """Key in a strip's state: the hash of its file (:func:`recordings.content_mark`); older takes have none."""
 _KINDS = {"left": (int, float), "right": (int, float), "keys": list, "path": str}
 
@@ -88,7 +88,7 @@ def _state(strip: SoundStrip) -> dict[str, Any]:
     sides = {"left": compat.visible_start(strip) - start, "right": compat.strip_end(strip) - start}
     path = sources.strip_path(strip)
     held = "" if strip.sound.packed_file else recordings.content_mark(path)
-    return {**sides, "keys": [at - start for at in compat.retiming_frames(strip)], "path": path, _FILE: held}
+    return {**sides, "keys": [at - start for at in compat.retiming_frames(strip)], "path": path, FILE: held}
 
 
 def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
@@ -104,7 +104,7 @@ def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
     stretched = len(now["keys"]) != len(before["keys"]) or any(
         abs(one - other) >= _MIN_SHIFT for one, other in zip(now["keys"], before["keys"], strict=True)
     )
-    written = now[_FILE] and before.get(_FILE) and now[_FILE] != before[_FILE]
+    written = now[FILE] and before.get(FILE) and now[FILE] != before[FILE]
     replaced = bool(written) or not sources.is_same_file(now["path"], before["path"])
     trimmed = not stretched and max(map(abs, apart.values())) >= _MIN_SHIFT
     longer = apart["left"] <= -_MIN_SHIFT or apart["right"] >= _MIN_SHIFT
@@ -210,7 +210,7 @@ def _retime(
     known = json_properties.read(action, SOUND)
     if cut or way is not None or FOLLOWS in origin:
         path = known.get("path", sources.strip_path(strip))
-        origin.setdefault(FOLLOWS, {"path": path, _FILE: known.get(_FILE, "")})
+        origin.setdefault(FOLLOWS, {"path": path, FILE: known.get(FILE, "")})
     origin[timing.WAY] = timing.time_map_as_meta(way)
     settings = origin["settings"]
     if settings.get("audio_source") == "FILE" and settings.get("range") != "STRIP":
@@ -261,11 +261,6 @@ def voice(action: bpy.types.Action, scene: bpy.types.Scene, span: tuple[int, int
     )
 
 
-def recording_meta(path: str) -> dict[str, str]:
-    """Return the provenance entry :data:`FOLLOWS` of a take that is generated for the recording ``path``."""
-    return {"path": path, _FILE: recordings.content_mark(path)}
-
-
 def check_recording(action: bpy.types.Action) -> None:
     """Raise :class:`UsageError` if the recording for which a take was generated was overwritten by another one."""
     known = (provenance.read(action) or {}).get(FOLLOWS) or json_properties.read(action, SOUND)
@@ -274,7 +269,7 @@ def check_recording(action: bpy.types.Action) -> None:
 
 
 def _check(path: str, known: dict[str, Any]) -> None:
-    if recordings.differs(path, known.get(_FILE)):
+    if recordings.differs(path, known.get(FILE)):
         raise UsageError(f"{path} was overwritten since the take was performed for it.", "Put it back, or generate a new take.")
 
 

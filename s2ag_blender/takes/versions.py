@@ -5,7 +5,6 @@ from typing import Any
 
 import bpy
 
-from .. import provenance
 from ..datablocks import ArmatureObject
 from . import take_list
 
@@ -64,11 +63,6 @@ def version_actions(take: Any) -> list[bpy.types.Action]:
     """Return all existing actions of a take."""
     candidates = [take.action, *(one.action for one in take.versions)]
     return list(dict.fromkeys(action for action in candidates if action is not None))
-
-
-def version_edits(take: Any) -> list[list[dict]]:
-    """Return the edits of each version of a take."""
-    return [list((provenance.read(action) or {}).get("edits", [])) for action in version_actions(take)]
 
 
 def _add(take: Any, action: bpy.types.Action, warnings: str, title: str = "") -> None:

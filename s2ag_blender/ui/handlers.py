@@ -7,7 +7,7 @@ from bpy.app.handlers import persistent
 
 from ..lazy_modules import has_run
 from ..rig import readiness
-from ..takes import drafts, gesture_kinds, preview, session
+from ..takes import drafts, gesture_kinds, menu_items, preview, session
 
 
 @persistent
@@ -72,4 +72,4 @@ def unregister() -> None:
         events.remove(handler)
     _stop()
     if has_run(gesture_kinds):
-        gesture_kinds.drop_pictures()
+        gesture_kinds.drop_pictures(*menu_items.CACHED)

@@ -1,7 +1,11 @@
+import struct
+from pathlib import Path
+
 import numpy as np
 import pytest
 from s2ag.core import styles
 from s2ag.core.errors import UnknownStyle, UsageError
+from s2ag.core.model import checkpoint_metadata
 
 NAMES = ["calm lecturer", "eager storyteller", "stern"]
 
@@ -87,3 +91,13 @@ def test_an_unknown_affect_lists_the_known():
 def test_every_control_is_explained():
     assert [one["name"] for one in styles.describe_controls(len(styles.CONTROLS))] == list(styles.CONTROLS)
     assert all(one["description"] for one in styles.describe_controls(5)) and styles.describe_controls(0) == []
+
+
+def test_every_shipped_style_has_a_small_picture():
+    """As docs/style_pictures.py draws them; no two are the same."""
+    folder = Path(styles.__file__).parent / "assets" / "styles"
+    pictures = {path.stem: path.read_bytes() for path in folder.iterdir()}
+    facts = checkpoint_metadata.describe(checkpoint_metadata.locate(""))
+    assert pictures.keys() == {one["name"] for one in facts["speakers"]} and len(set(pictures.values())) == len(pictures)
+    for content in pictures.values():
+        assert content[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", content[16:24]) == (64, 64) and len(content) < 3000

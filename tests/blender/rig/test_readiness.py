@@ -40,7 +40,7 @@ def test_a_chosen_bone_that_is_renamed_and_back(figure, bone):
     assert bone in readiness.cached(figure).problem and not bpy.ops.s2ag.generate.poll()
     figure.data.bones["lower part"].name = bone
     bpy.context.view_layer.update()
-    assert readiness.cached(figure).ready and bpy.ops.s2ag.generate.poll()
+    assert not readiness.cached(figure).problem and bpy.ops.s2ag.generate.poll()
 
 
 def test_bones_that_go_and_come(figure, bone):
@@ -85,7 +85,7 @@ def test_a_lock_is_seen_without_any_update(figure, monkeypatch):
         monkeypatch.setattr(readiness, "note_change", None)
         figure.pose.bones[forearm].lock_rotation = (locked,) * 3
         row = part(figure, "left_forearm")
-        assert row.found is not locked and readiness.readiness_of(figure).ready
+        assert row.found is not locked and not readiness.readiness_of(figure).problem
         assert not locked or "rotation is locked" in row.note
 
 

@@ -132,14 +132,14 @@ def test_a_wrong_file_is_one_sentence_and_changes_nothing(hero, tmp_path, conten
     with pytest.raises(RuntimeError) as error:
         bpy.ops.s2ag.load_bone_map(filepath=str(file))
     (line,) = str(error.value).strip().splitlines()
-    assert sentence in line and held(hero) == before and readiness.readiness_of(hero).ready
+    assert sentence in line and held(hero) == before and not readiness.readiness_of(hero).problem
 
 
 def test_an_unfinished_map_is_loaded_and_says_what_it_lacks(hero, tmp_path):
     bpy.ops.s2ag.load_bone_map(filepath=str(written(tmp_path, left_forearm=[])))
     assert "left forearm" in readiness.readiness_of(hero).problem and not bpy.ops.s2ag.generate.poll()
     hero.s2ag.bone_map["left_forearm"].bones = "rig:LeftForeArm"
-    assert readiness.readiness_of(hero).ready
+    assert not readiness.readiness_of(hero).problem
 
 
 def test_a_bone_of_two_parts_is_told_and_not_saved(hero, tmp_path):

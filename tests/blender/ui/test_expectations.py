@@ -221,7 +221,7 @@ def test_bone_map_auto_and_readable_state(figure):
     readiness.schedule(figure)  # as drawing does where there is a window
     readiness.update_pending()
     ready, shown = readiness.cached(figure), drawn()
-    assert ready.ready and ready.found == 9
+    assert not ready.problem and ready.found == 9
     assert "9 of 9 parts" in shown and all(readiness.label(row.part) in shown for row in ready.rows)
 
 
