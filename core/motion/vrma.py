@@ -18,8 +18,11 @@ NEEDED = ("hips", "spine", "head", *(f"{side}{part}" for side in ("left", "right
     "UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot")))  # fmt: skip
 """Human bones without which there is no VRM animation."""
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
-LAID = {"UpperArm": "LowerArm", "LowerArm": "Hand", "UpperLeg": "LowerLeg", "LowerLeg": "Foot"}
-"""Bones that a T-pose lays straight, each with the one that it points at: arms to the sides, legs down."""
+LAID = {"UpperArm": "LowerArm", "LowerArm": "Hand", "UpperLeg": "LowerLeg", "LowerLeg": "Foot", "Hand": "MiddleProximal"}
+LAID |= {f"{finger}{joint}": f"{finger}{end}" for joint, end in (("Proximal", "Intermediate"), ("Intermediate", "Distal"))
+         for finger in ("Index", "Middle", "Ring", "Little")}  # fmt: skip
+LAID |= {"ThumbMetacarpal": "ThumbProximal", "ThumbProximal": "ThumbDistal"}
+"""Bones that a T-pose lays straight, each with the one that it points at: arms, fingers aside, thumbs half ahead, legs down."""
 
 
 def read_glb(content: bytes) -> tuple[dict[str, Any], bytes]:
@@ -45,6 +48,7 @@ def from_glb(content: bytes, humans: Mapping[str, str]) -> bytes:
         raise UsageError(f"A VRM animation needs the bone {missing[0]}.", "Use a character with arms and legs.")
     tree = Tree(*read_glb(content))
     nodes = {human: tree.joint(name) for human, name in humans.items()}
+    _face_ahead(tree, nodes)
     order = sorted(nodes, key=lambda human: len(tree.above(nodes[human])))
     turned, rest = _world(tree, tree.turned), _t_pose(tree, nodes, order)
     local: dict[str, np.ndarray] = {}
@@ -67,6 +71,7 @@ class Tree:
         self.parents = {child: number for number, node in enumerate(self.nodes) for child in node.get("children", ())}
         self.rest = [np.roll(np.array(node.get("rotation", (0.0, 0, 0, 1))), 1) for node in self.nodes]
         self.places = [np.array(node.get("translation", (0.0, 0, 0))) for node in self.nodes]
+        self.sizes = [float(node.get("scale", (1.0,))[0]) for node in self.nodes]
         (animation,) = document["animations"]
         self.name = animation.get("name", "animation")
         moved = {(one["target"]["node"], one["target"]["path"]): animation["samplers"][one["sampler"]]
@@ -86,7 +91,10 @@ class Tree:
 
         def of(node: int) -> np.ndarray:
             above = self.parents.get(node)
-            return self.places[node] if above is None else of(above) + quaternion.rotate(world[above], self.places[node])
+            if above is None:
+                return self.places[node]
+            size = self.sizes[above] * np.prod([self.sizes[one] for one in self.above(above)])
+            return of(above) + quaternion.rotate(world[above], size * self.places[node])
 
         return [of(number) for number in range(len(self.nodes))]
 
@@ -139,20 +147,39 @@ def _world(tree: Tree, local: Any) -> list[np.ndarray]:
 
 
 def _t_pose(tree: Tree, nodes: dict[str, int], order: list[str]) -> dict[str, np.ndarray]:
-    """Return the rotations of human bones at rest, with arms to the sides and legs down."""
+    """Return the rotations of human bones at rest: arms, palms down, and fingers to the sides, legs down."""
     names = {node: human for human, node in nodes.items()}
     local = list(tree.rest)
     for human in order:
         side, part = ("left", human[4:]) if human.startswith("left") else ("right", human.removeprefix("right"))
-        if part not in LAID or not human.startswith(("left", "right")):
+        if part not in LAID or not human.startswith(("left", "right")) or side + LAID[part] not in nodes:
             continue
-        wanted = np.array([0.0, -1, 0]) if part.endswith("Leg") else np.array([1.0 if side == "left" else -1.0, 0, 0])
+        aside, ahead = np.array([1.0 if side == "left" else -1.0, 0, 0]), np.array([0, 0, 1.0])
+        wanted = np.array([0.0, -1, 0]) if part.endswith("Leg") else aside + ahead * part.startswith("Thumb")
         world, heads, node = _world(tree, local), tree.heads(local), nodes[human]
-        towards = heads[nodes[side + LAID[part]]] - heads[node]
-        turn = quaternion.swing(towards / np.linalg.norm(towards), wanted)
+        turn = quaternion.swing(_unit(heads[nodes[side + LAID[part]]] - heads[node]), _unit(wanted))
+        if part == "Hand" and {f"{side}IndexProximal", f"{side}LittleProximal"} <= nodes.keys():
+            across = quaternion.rotate(turn, heads[nodes[f"{side}IndexProximal"]] - heads[nodes[f"{side}LittleProximal"]])
+            turn = quaternion.multiply(quaternion.swing(_unit(across - across @ aside * aside), ahead), turn)
         above = world[tree.parents[node]]
         local[node] = quaternion.multiply(quaternion.conjugate(above), quaternion.multiply(turn, world[node]))
     return {names[node]: local[node] for node in names}
+
+
+def _face_ahead(tree: Tree, nodes: dict[str, int]) -> None:
+    """Turn the scene about the vertical so that the character looks ahead (+Z), and put its hips above the origin."""
+    hips, heads = nodes["hips"], tree.heads(tree.rest)
+    left = heads[nodes["leftUpperLeg"]] - heads[nodes["rightUpperLeg"]]
+    angle = np.arctan2(left[2], left[0])
+    turn, top = np.array([np.cos(angle / 2), 0, np.sin(angle / 2), 0]), (hips, *tree.above(hips))[-1]
+    away = quaternion.rotate(turn, heads[hips]) * [1, 0, 1]
+    for turns, places in ((tree.rest, tree.places), (tree.turned, tree.moved)):
+        turns[top], places[top] = quaternion.multiply(turn, turns[top]), quaternion.rotate(turn, places[top]) - away
+    tree.nodes[top] |= {"rotation": np.roll(tree.rest[top], -1).tolist(), "translation": tree.places[top].tolist()}
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / max(float(np.linalg.norm(vector)), 1e-12)
 
 
 def _document(tree: Tree, nodes: dict[str, int], local: dict[str, np.ndarray]) -> tuple[dict[str, Any], bytes]:
