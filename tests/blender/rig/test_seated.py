@@ -100,12 +100,12 @@ def test_the_trial_sees_what_lies_in_a_thigh_and_in_a_table():
     assert hanging and min(hand[2] for hand in sitter.depth(20)[1]["hands"]) < high - 0.1
 
 
-def test_a_trial_tells_of_idle_and_talk_on_a_chair_and_at_a_table(examples, tmp_path):
+def test_a_trial_tells_of_idle_and_talk_on_a_chair_and_at_a_table(voice, tmp_path):
     def run(module, job, progress):
         told = []
         return seated_trial.perform(json_text.read(job), program.EventWriter(told.append))
 
-    rows = seated.trial(["mannequin"], [examples / "hello.flac"], run, seconds=3.0, keep=tmp_path)
+    rows = seated.trial(["mannequin"], [voice], run, seconds=3.0, keep=tmp_path)
     assert [(row.kind, row.table) for row in rows] == [("idle", False), ("talk", False), ("idle", True), ("talk", True)]
     assert all(row.reached() and 29 <= len(row.depths["hands in table"]) <= 31 for row in rows)
     assert len(list(tmp_path.glob("mannequin-*.blend"))) == 4
