@@ -22,7 +22,7 @@ from ...synthesis import accent_selection, generation, postprocess
 from ...synthesis.request import Request
 from ...synthesis.session import Session
 from ...synthesis.stages import Stages
-from . import camera, manner
+from . import manner
 from .source import Source
 
 STAGE_SECONDS = 60.0
@@ -31,8 +31,9 @@ ROUNDS, TRIALS, AXES = 5, 18, 14
 """Rounds of trials, trials of each, and axes of the space of styles (principal ones of the speakers) in which they lie."""
 _FIRST = 3
 """Performances of each speaker before the first round."""
-_BATCH, _SURE = 6, 8.0
-"""Performances at once; squared distance of manners at which a speaker is less likely by the factor e."""
+_BATCH, _SURE, _SURE_OF_FILMS = 6, 8.0, 2.0
+"""Performances at once; squared distance of manners at which a speaker is less likely by the factor e, of sources that are
+motions, and of films, of which figures count less."""
 _REACH, _NEAR, _PRIOR, _STAY, _LONGEST = 0.35, 1.0, 0.3, 4.0, 1.5
 """Spread of trials, in deviations of the speakers; how near they must be to count, squared; weights against steep planes and
 of staying at the beginning; the longest step."""
@@ -122,19 +123,19 @@ def learn(session: Session, source: Source, name: str, progress: Callable[[float
 
 def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda value: None) -> Fit:
     """Fit a style to the manner of a source."""
-    target = np.array([source.manner.get(name, np.nan) for name in manner.FIGURES]) / _SCALES
+    target = np.array([source.manner.get(name, 0.0) for name in manner.FIGURES]) / _SCALES
+    trust = source.trust or dict.fromkeys(source.manner, 1.0)
+    counts = np.sqrt([trust.get(name, 0.0) for name in manner.FIGURES])
     known = speakers(stage.checkpoint)
     places, parts = np.stack([_numbers(one) for one in known]), _FIRST + ROUNDS
     found = stage.known
     if found is None:
         found = stage.known = np.mean([_perform(stage, known, progress, part, parts) for part in range(_FIRST)], axis=0)
-    off = np.nansum((found - target) ** 2, axis=1) / _SURE
+    off = ((counts * (found - target)) ** 2).sum(1) / (_SURE_OF_FILMS if source.trust else _SURE)
     shares = np.exp(off.min() - off)
     shares /= shares.sum()
     usual = skeleton.normalize(np.tensordot(shares, np.stack([one.rest for one in known]), 1))
-    waits = usual.copy() if source.waits is None else source.waits.copy()
-    if source.filmed:
-        waits[list(camera.POSTURE)] = usual[list(camera.POSTURE)]
+    waits = usual if source.waits is None else source.waits
     centre = places.mean(0)
     tried, sizes, axes = np.linalg.svd(places - centre, full_matrices=False)
     tried, axes = tried[:, :AXES] * np.sqrt(len(known)), (sizes[:, None] * axes)[:AXES] / np.sqrt(len(known))
@@ -144,10 +145,10 @@ def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda
         trials = here + _REACH * random.standard_normal((TRIALS, len(axes)))
         made = _perform(stage, [_style(centre + one @ axes, waits) for one in trials], progress, part, parts)
         tried, found = np.concatenate([tried, trials]), np.concatenate([found, made])
-        here = _step(tried, np.nan_to_num(found - target), here, start)
+        here = _step(tried, counts * (found - target), here, start)
     ends = [_style(shares @ places, waits), _style(centre + here @ axes, waits)]
     manners = [manner.mean(stage.perform([one] * _BATCH, _LAST_SEED)) for one in ends]
-    apart = [manner.apart(source.manner, one) for one in manners]
+    apart = [manner.apart(source.manner, one, source.trust) for one in manners]
     best = apart.index(min(apart))
     return Fit(ends[best], shares, manners[best], apart[0])
 
@@ -215,7 +216,7 @@ def _excerpt(sound: Path, folder: Path) -> tuple[Path, int]:
 
 def _table(source: Source, found: Fit, name: str, like: str) -> str:
     theirs, seen = manner.told(found.manner), manner.told(source.manner)
-    apart = manner.apart(source.manner, found.manner)
+    apart = manner.apart(source.manner, found.manner, source.trust)
     lines = [
         f"{'':30}{'source':>10}{name[:12]:>14}",
         *(f"{what:30}{mine:10.2f}{theirs[what]:14.2f}" for what, mine in seen.items()),

@@ -10,7 +10,7 @@ from ...smoothing import gaussian
 from ...synthesis import strokes
 
 FIGURES = {
-    "speed": 0.06, "fast": 0.08, "right": 0.025, "both": 0.036, "left height": 0.025, "right height": 0.025, "top": 0.03,
+    "speed": 0.085, "fast": 0.08, "right": 0.04, "both": 0.036, "left height": 0.025, "right height": 0.025, "top": 0.03,
     "open": 0.016, "reach": 0.015, "strokes": 4.0, "size": 0.1, "rest": 0.03, "lean": 0.8, "nod": 1.4, "tilt": 1.0,
     "head": 0.065, "trunk": 0.07, "low left": 0.04, "low right": 0.04, "low reach": 0.03,
 }  # fmt: skip
@@ -22,8 +22,9 @@ the logarithm of their size in m, share of time at rest; lean of the trunk, bow 
 the speeds of head and trunk; where the hands are while they wait."""
 MOVING = 0.12
 """Metres a second from which a wrist moves."""
-_EASE, _LEAST = 1.0, 0.02
-"""Frames of the Gaussian before measuring, because captures tremble; what is added to speeds before their logarithm."""
+_EASE, _STILL, _LEAST = 1.5, 0.06, 0.02
+"""Frames of the Gaussian before measuring, and metres a second that every wrist loses, because captures tremble; what is added
+to speeds before their logarithm."""
 
 
 def measure(motions: Sequence[np.ndarray]) -> dict[str, float]:
@@ -38,11 +39,13 @@ def mean(manners: Sequence[dict[str, float]]) -> dict[str, float]:
     return {name: float(np.mean([one[name] for one in manners])) for name in FIGURES}
 
 
-def apart(one: dict[str, float], other: dict[str, float]) -> float:
+def apart(one: dict[str, float], other: dict[str, float], trust: dict[str, float] | None = None) -> float:
     """Return how far two manners are apart: 1 for two performances of one style, by the root mean square of all figures that
-    both have."""
-    steps = [(one[name] - other[name]) / scale for name, scale in FIGURES.items() if name in one and name in other]
-    return float(np.sqrt(np.mean(np.square(steps)) / 2))
+    both have, weighted by ``trust`` if given."""
+    names = [name for name in FIGURES if name in one and name in other]
+    steps = [(one[name] - other[name]) / FIGURES[name] for name in names]
+    weights = [1.0 if trust is None else trust[name] for name in names]
+    return float(np.sqrt(np.average(np.square(steps), weights=weights) / 2))
 
 
 def told(figures: dict[str, float]) -> dict[str, float]:
@@ -77,7 +80,7 @@ def smoothed(motion: np.ndarray) -> np.ndarray:
 def _of_motion(motion: np.ndarray) -> dict[str, float]:
     smooth = smoothed(motion)
     points, speeds = skeleton.wrists(smooth), strokes.wrist_speeds(smooth)
-    faster, heights, moves = speeds.max(1), -points[..., 1], speeds > MOVING
+    faster, heights, moves, sure = speeds.max(1), -points[..., 1], speeds > MOVING, np.maximum(speeds - _STILL, 0)
     places = strokes.stroke_places(faster, FPS)
     spans = [(*strokes.stroke_span(faster.tolist(), place), speeds[place].argmax()) for place in places]
     sizes = [speeds[start : end + 1, hand].sum() / FPS for start, end, hand in spans]
@@ -85,8 +88,9 @@ def _of_motion(motion: np.ndarray) -> dict[str, float]:
     turning = np.linalg.norm(np.diff(smooth[:, [2, 0]], axis=0), axis=-1).mean(0) * FPS
     across, _, along = smooth.mean(0).T
     upright = -smooth[..., 1].mean(0)
+    right = sure[:, 1].sum() / max(sure.sum(), 1e-9)
     values = (
-        np.log(faster.mean() + _LEAST), np.log(np.quantile(faster, 0.9) + _LEAST), speeds[:, 1].sum() / max(speeds.sum(), 1e-9),
+        np.log(sure.max(1).mean() + _LEAST), np.log(np.quantile(faster, 0.9) + _LEAST), right,
         moves.all(1).sum() / max(moves.any(1).sum(), 1), *heights.mean(0), np.quantile(heights, 0.9),
         np.abs(points[:, 0, 0] - points[:, 1, 0]).mean(), points[..., 2].mean(),
         60 * FPS * len(places) / len(motion), np.log(np.median(sizes) if sizes else 0.05), 1 - moves.any(1).mean(),

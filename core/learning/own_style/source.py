@@ -24,15 +24,15 @@ _CLIP = Path(__file__).parents[2] / "assets" / "hello.mp3"
 
 
 class Source(NamedTuple):
-    """A name, the manner, the pose ``(9, 3)`` to wait in (None if not seen), a recording, seconds of motion, and whether a film
-    showed it: then manner and pose lack the body's usual posture."""
+    """A name, the manner, the pose ``(9, 3)`` to wait in (None if not seen), a recording, seconds of motion, and of what a film
+    showed, how much each figure counts (:func:`camera.trust`)."""
 
     name: str
     manner: dict[str, float]
     waits: np.ndarray | None
     sound: Path
     seconds: float
-    filmed: bool = False
+    trust: dict[str, float] | None = None
 
 
 def read(paths: Sequence[Path], sound: Path | None = None) -> Source:
@@ -53,10 +53,9 @@ def read(paths: Sequence[Path], sound: Path | None = None) -> Source:
     return of_film(found) if filmed else found
 
 
-def of_film(found: Source, added: dict[str, float] | None = None) -> Source:
-    """Return a source that was captured without what a film adds to its manner (:data:`camera.CHANGES` if None)."""
-    figures = camera.undone(found.manner, camera.CHANGES if added is None else added)
-    return found._replace(manner=figures, filmed=True)
+def of_film(found: Source, added: camera.Changes = camera.CHANGES) -> Source:
+    """Return a source that was captured without what a film adds to its manner, and without its pose, which films turn."""
+    return found._replace(manner=camera.undone(found.manner, added), waits=None, trust=camera.trust(added))
 
 
 def of_motions(name: str, motions: Sequence[np.ndarray], sound: Path) -> Source:

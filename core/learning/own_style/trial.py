@@ -78,7 +78,7 @@ class Trial:
         """Return styles as they perform."""
         return [source.of_motions(name, self.sources[name], self.sounds[0]) for name in names]
 
-    def from_films(self, captured: dict[str, list[Motion]]) -> tuple[list[source.Source], dict[str, float]]:
+    def from_films(self, captured: dict[str, list[Motion]]) -> tuple[list[source.Source], camera.Changes]:
         """Return styles as films showed them, each without what films of the others add, and what films add to all."""
         pieces = {name: [piece for motion in motions for piece in source.seen(motion)] for name, motions in captured.items()}
         found = [source.of_motions(name, parts, self.sounds[0]) for name, parts in pieces.items()]
@@ -129,7 +129,7 @@ def run(
     pages = [f"Learned from {kind}:\n\n{table(rows)}" for kind, (rows, _) in companies.items() if kind != "shipped"]
     right = np.mean([row.shares[row.name] for row in companies["shipped"][0]])
     pages.append(f"Of windows of these styles themselves, the judge of speakers ascribes {right:.0%} to the right one.")
-    pages.append("Films add: " + ", ".join(f'"{name}": {value:.1f}' for name, value in added.items()))
+    pages.append("Films add: " + ", ".join(f'"{name}": ({more:.1f}, {spread:.1f})' for name, (more, spread) in added.items()))
     if material is not None:
         tell("judge", 0)
         people = talk_people.load(material)
