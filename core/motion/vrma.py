@@ -59,7 +59,7 @@ def from_glb(content: bytes, humans: Mapping[str, str]) -> bytes:
             base = quaternion.multiply(base, tree.rest[node])
         local[human] = quaternion.continuous(quaternion.multiply(quaternion.conjugate(base), turned[nodes[human]]))
     for human in order:
-        tree.nodes[nodes[human]]["rotation"] = np.roll(rest[human], -1).tolist()
+        tree.nodes[nodes[human]]["rotation"] = _written(rest[human])
     return write_glb(*_document(tree, nodes, local))
 
 
@@ -175,7 +175,12 @@ def _face_ahead(tree: Tree, nodes: dict[str, int]) -> None:
     away = quaternion.rotate(turn, heads[hips]) * [1, 0, 1]
     for turns, places in ((tree.rest, tree.places), (tree.turned, tree.moved)):
         turns[top], places[top] = quaternion.multiply(turn, turns[top]), quaternion.rotate(turn, places[top]) - away
-    tree.nodes[top] |= {"rotation": np.roll(tree.rest[top], -1).tolist(), "translation": tree.places[top].tolist()}
+    tree.nodes[top] |= {"rotation": _written(tree.rest[top]), "translation": tree.places[top].tolist()}
+
+
+def _written(turn: np.ndarray) -> list[float]:
+    """Return a quaternion as a glTF has it: w last, and nothing beyond 1, not by rounding either."""
+    return np.clip(np.roll(_unit(turn), -1), -1.0, 1.0).tolist()
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

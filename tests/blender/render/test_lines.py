@@ -130,6 +130,7 @@ def test_a_vrm_animation_moves_as_the_character_does(motions, tmp_path, who):
             assert directed(rest[to] - rest[at]) @ wanted > 0.999, one
     for side in ("left", "right"):
         assert abs(directed(rest[nodes[f"{side}IndexProximal"]] - rest[nodes[f"{side}LittleProximal"]])[1]) < 1e-3  # palms down
+    assert all(max(np.abs(node.get("rotation", [1.0]))) <= 1 for node in document["nodes"])  # by rounding, either
     hips = rest[nodes["hips"]]
     assert np.abs(hips[[0, 2]]).max() < 1e-4 and 0.8 < hips[1] < 1.1
 
