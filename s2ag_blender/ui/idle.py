@@ -26,7 +26,7 @@ def idle_in_slices(
     armatures: list[ArmatureObject], start: int, scene: bpy.types.Scene, seconds: float, stillness: float, loop: bool
 ) -> Generator[float | None, None, Made]:
     """Let each character idle from frame ``start``, with its style and its seed plus its number here; yield the share done
-    wherever Blender may draw. Returns the actions, and why characters got none."""
+    wherever Blender may draw. Returns the actions, and why characters got none or less."""
     from ...core.synthesis import idling
 
     actions, errors, rate = [], [], apply.scene_fps(scene)
@@ -41,7 +41,7 @@ def idle_in_slices(
             drafts.drop(armature)
             settings, about = armature.s2ag, {"scene": scene, "name": f"{armature.name} idle"}
             about |= {"mapping": chosen_bones.mapping_of_settings(settings), "strip": settings.result == "STRIP"}
-            about |= {"options": stored_settings.options(settings)}
+            about |= {"options": stored_settings.options(settings), "report": lambda told: errors.append(S2agError(told, ""))}
             slices = apply.apply_motion_in_slices(armature, motion.result(), start, **about)
             try:
                 actions.append((yield from slices))

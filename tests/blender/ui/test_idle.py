@@ -96,3 +96,13 @@ def test_what_has_no_arms_is_told_and_the_others_wait(crowd):
     bpy.context.view_layer.objects.active = crowd[0]
     assert bpy.ops.s2ag.idle(seconds=2) == {"FINISHED"}
     assert bone.animation_data is None and all(figure.animation_data.action for figure in crowd)
+
+
+def test_why_weight_does_not_shift_is_told_by_the_button(crowd, capfd):
+    """Not to the console alone, as a log's line is."""
+    leg = crowd[0].pose.bones["thigh.L"]
+    leg.rotation_mode, leg.rotation_quaternion = "QUATERNION", (0.8, 0.6, 0, 0)
+    crowd[0].s2ag.stance = 1.0
+    assert bpy.ops.s2ag.idle(seconds=2) == {"FINISHED"}
+    told = [line for line in capfd.readouterr().out.splitlines() if "weight does not shift" in line]
+    assert told and all(line.startswith("Warning: ") for line in told), told
