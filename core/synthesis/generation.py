@@ -17,6 +17,8 @@ _CALMER = 0.3
 """... and by this share at an arousal of -1: chance has most of the arms' movement, and calm bodies are to have little."""
 _OTHER_HAND, _LEADING_HAND = 0.3, 0.2
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
+_CHANCE = np.array([1.0, 0.7, 0.7, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+"""... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -102,7 +104,7 @@ def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mappin
     """Return the scale of the noise of each direction and of hands ``(frames, 10)``: smaller in silence, as people's waiting
     hands are less various, where arousal, a number or ``(frames,)``, is low, and for the arm that leads less."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
-    scale = np.tile((quiet * (1 + _CALMER * np.minimum(wishes[accent_selection.AROUSAL], 0)))[:, None], 10)
+    scale = (quiet * (1 + _CALMER * np.minimum(wishes[accent_selection.AROUSAL], 0)))[:, None] * _CHANCE
     if tastes is not None:
         right = accent_selection.right_leads(tastes, wishes, len(activity))
         for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
