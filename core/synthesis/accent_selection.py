@@ -28,7 +28,7 @@ _STRETCH = 8.0
 """Seconds over which a performer's rate is kept."""
 _STRONG, _MAIN = 2.0, 0.3
 """Weight of an accent's strength beside a Gumbel number, and what being its phrase's main accent adds to the strength."""
-_SMALLER, _LOUD, _ANY_HAND, _VARIED = 0.8, 1.0, 0.2, 0.5
+_SMALLER, _LOUD, _ANY_HAND, _VARIED = 0.65, 1.0, 0.2, 0.5
 """Factor from sizes of the corpus's strokes, which are the larger movements of its talk, to sizes asked for, how far strength
 changes a size, the share of strokes for which any hand will do, and the share of the taste's spread of sizes."""
 _AFTER, _AROUND, _BETWEEN, _APART = 0.14, 0.3, 0.1, 0.3

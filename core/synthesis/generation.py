@@ -17,7 +17,7 @@ _CALMER = 0.3
 """... and by this share at an arousal of -1: chance has most of the arms' movement, and calm bodies are to have little."""
 _OTHER_HAND, _LEADING_HAND = 0.3, 0.2
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
-_CHANCE = np.array([1.0, 0.7, 0.7, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+_CHANCE = np.array([1.0, 0.7, 0.7, 1.0, 1.02, 1.02, 1.0, 1.02, 1.02, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
 
 
