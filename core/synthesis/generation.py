@@ -117,8 +117,7 @@ def cache_key(checkpoint: Any, heard: SpeechFeatures, cast: Sequence[StyleSequen
     latents = _latents(heard, cast)
     if not checkpoint.draws:
         return latents.shape, latents.tobytes(), np.stack([one.first for one in cast]).tobytes()
-    given = [one.given(heard.frames) for one in cast]
-    kept = tuple((one.frames.tobytes(), one.directions.tobytes()) for one in given)
+    kept = tuple((own.frames.tobytes(), own.directions.tobytes()) for own in (one.given(heard.frames) for one in cast))
     drawn = tuple((one.keyed_seed, *one.identities, one.hand, str(one.curves)) for one in (each.request for each in cast))
     return latents.shape, latents.tobytes(), kept, drawn
 

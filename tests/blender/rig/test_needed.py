@@ -39,7 +39,7 @@ def test_the_rest_gestures(figure, voice, wave, obstacle, part, without):
     if without:
         figure.s2ag.parts = {"TORSO", "HEAD", "CLAVICLES", "RIGHT_ARM"}
     found = readiness.readiness_of(figure)
-    assert found.ready and bpy.ops.s2ag.generate.poll()
+    assert not found.problem and bpy.ops.s2ag.generate.poll()
     outcome = generate.finish(generate.plan(bpy.context, figure), {"motions": [wave(8)]})
     keyed = {path.split('"')[1] for path, _ in curves(outcome.actions[0])}
     assert bone_of(figure, "right_forearm").name in keyed

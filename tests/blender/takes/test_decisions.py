@@ -123,7 +123,8 @@ def test_one_decision_is_taken_back_and_had_again(speaker, take):
     press(bpy.ops.s2ag.delete_gesture)
     both = curves(now(speaker))
     words = [decisions.words_of(edit, now(speaker)) for edit in gesture_edits.edits_of(now(speaker))]
-    assert all(f"{number}  {text}" in drawn(panel.S2AG_PT_decisions) for number, text in enumerate(words, 1))
+    told = " ".join(drawn(panel.S2AG_PT_decisions))  # long ones are wrapped
+    assert all(f"{number} {text}" in told for number, text in enumerate(words, 1))
     press(bpy.ops.s2ag.switch_decision, number=1)
     assert same(one, now(speaker)) and [edit.get("off") for edit in gesture_edits.edits_of(now(speaker))] == [None, True]
     assert versions.version_title(speaker.s2ag.takes[0]).startswith("Off: ")
