@@ -72,7 +72,7 @@ def test_the_style_menu_has_an_order(figure, random_checkpoint):
     items = menu_items.style_items(figure.s2ag, bpy.context)
     below = [one[1] for one in items if not one[0]]
     assert below == list(menu_items.TEMPERAMENTS)[:-1] and [one[0] for one in items[:2]] == ["random", menu_items.WRITTEN]
-    numbers = {one[0]: one[3] for one in items if one[0]}
+    numbers = {one[0]: one[-1] for one in items if one[0]}
     names = menu_items.style_names()
     assert [numbers[name] for name in [*names, "random", menu_items.WRITTEN]] == list(range(len(names) + 2))
     figure.s2ag.style_pick = "tour guide"
