@@ -30,8 +30,8 @@ def run(options: argparse.Namespace) -> int:
     _print_table([(one["name"], one["description"] + (" (default)" if one["default"] else "")) for one in speakers])
     if controls:
         print("\nControls, from -1 to 1; 0 is as the performer would:")
-        form = {True: "--affect {}=X", False: "--{} X"}
-        _print_table([(form[one["name"] in AFFECTS].format(one["name"]), one["description"]) for one in controls])
+        names = [f"--affect {one['name']}=X" if one["name"] in AFFECTS else f"--{one['name']} X" for one in controls]
+        _print_table([(name, one["description"]) for name, one in zip(names, controls, strict=True)])
     return 0
 
 

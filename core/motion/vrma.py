@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import UsageError
-from . import quaternion
+from . import quaternion, skeleton
 
 EXTENSION = "VRMC_vrm_animation"
 NEEDED = ("hips", "spine", "head", *(f"{side}{part}" for side in ("left", "right") for part in (
@@ -157,10 +157,10 @@ def _t_pose(tree: Tree, nodes: dict[str, int], order: list[str]) -> dict[str, np
         aside, ahead = np.array([1.0 if side == "left" else -1.0, 0, 0]), np.array([0, 0, 1.0])
         wanted = np.array([0.0, -1, 0]) if part.endswith("Leg") else aside + ahead * part.startswith("Thumb")
         world, heads, node = _world(tree, local), tree.heads(local), nodes[human]
-        turn = quaternion.swing(_unit(heads[nodes[side + LAID[part]]] - heads[node]), _unit(wanted))
+        turn = quaternion.swing(skeleton.normalize(heads[nodes[side + LAID[part]]] - heads[node]), skeleton.normalize(wanted))
         if part == "Hand" and {f"{side}IndexProximal", f"{side}LittleProximal"} <= nodes.keys():
             across = quaternion.rotate(turn, heads[nodes[f"{side}IndexProximal"]] - heads[nodes[f"{side}LittleProximal"]])
-            turn = quaternion.multiply(quaternion.swing(_unit(across - across @ aside * aside), ahead), turn)
+            turn = quaternion.multiply(quaternion.swing(skeleton.normalize(across - across @ aside * aside), ahead), turn)
         above = world[tree.parents[node]]
         local[node] = quaternion.multiply(quaternion.conjugate(above), quaternion.multiply(turn, world[node]))
     return {names[node]: local[node] for node in names}
@@ -180,11 +180,7 @@ def _face_ahead(tree: Tree, nodes: dict[str, int]) -> None:
 
 def _written(turn: np.ndarray) -> list[float]:
     """Return a quaternion as a glTF has it: w last, and nothing beyond 1, not by rounding either."""
-    return np.clip(np.roll(_unit(turn), -1), -1.0, 1.0).tolist()
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return vector / max(float(np.linalg.norm(vector)), 1e-12)
+    return np.clip(np.roll(skeleton.normalize(turn), -1), -1.0, 1.0).tolist()
 
 
 def _document(tree: Tree, nodes: dict[str, int], local: dict[str, np.ndarray]) -> tuple[dict[str, Any], bytes]:
