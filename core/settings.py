@@ -192,9 +192,9 @@ class Settings:
     )  # fmt: skip
     listen: bool = setting(
         False, recording=True, alternatives="listening", conflict=_ALONE, column=True, meta="set", restored=("arms",),
-        help="the recording is somebody else's: listen to it, with nods, tilts and glances",
+        help="the recording is somebody else's: listen to it, with nods and denials",
         label="Listen", group="expression",
-        tip="The recording is somebody else's: listen to it, with nods, tilts and glances as its phrases end",
+        tip="The recording is somebody else's: listen to it, with nods and sometimes a denial as its phrases end",
     )  # fmt: skip
     turn: str = setting(
         "", recording=True, alternatives="listening", conflict=_ALONE, column=True, meta="set", restored=("arms", "face"),

@@ -1,6 +1,6 @@
 """The stage *hear*: everything of a recording that does not depend on style, pose or seed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -25,11 +25,12 @@ from .stages import Stages
 @dataclass(frozen=True)
 class OtherVoice:
     """Another speaker's voice: its ``phrases`` ``(p, 2)`` in seconds, how far the performer listens to it, ``share``
-    ``(frames,)`` in 0..1, and the ``digest`` of the recording (:func:`audio.digest`)."""
+    ``(frames,)`` in 0..1, the ``digest`` of the recording (:func:`audio.digest`), and its ``words`` where a text tells them."""
 
     phrases: np.ndarray
     share: np.ndarray
     digest: str
+    words: Sequence[tuple] = ()
 
 
 class Features(Protocol):
@@ -76,25 +77,28 @@ def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> S
     named, chance, (sound, other) = audio.digest(sound), audio.fingerprint(sound, part), _voices(request, sound)
     # While another process aligns the words, this one measures what does not depend on them.
     with run_in_background(*(() if request.turn else _measurements(session.checkpoint, sound))) as begun:
-        if request.listen:
-            said = transcript.TimedTranscript()  # the words are not the performer's
-        else:
-            said = stages.run("align words", lambda: session.words(sound, request, stages.within("align words")))
+        said, theirs, voice = transcript.TimedTranscript(), (), other if request.listen else sound
+        if not request.listen or any(request.words_from):
+            said = stages.run("align words", lambda: session.words(voice, request, stages.within("align words")))
+        if request.listen:  # the words are not the performer's
+            said, theirs = transcript.TimedTranscript(warnings=said.warnings), said.words
         measurements: list[Callable] = [one.result for one in begun]
         if request.turn:
+            theirs = said.words
             said, spans = speaker_turns.words_of_speaker(said, *request.words_from, request.turn)
+            theirs = [one for one in theirs if one not in said.words]
             sound, other = _separate(sound, spans)
             measurements = _measurements(session.checkpoint, sound)
-        return replace(_assemble(session, request, stages, named, said, (sound, other), measurements), chance=chance)
+        return replace(_assemble(session, request, stages, named, said, (sound, other, theirs), measurements), chance=chance)
 
 
 def _assemble(
     session: Any, request: Request, stages: Stages, named: str, said: Any, sounds: tuple, measurements: list[Callable]
 ) -> SpeechFeatures:
-    """Put together what is heard of the words ``said`` and of both voices' ``sounds``."""
+    """Put together what is heard of the words ``said`` and of ``sounds``: both voices and the other's words."""
     from ..sound import audio, voice_activity
 
-    sound, other = sounds
+    sound, other, theirs = sounds
     words, wishes = said.words, hints.parse_hints(said.marks, said.words)
     wishes, style_warnings = _known_styles(wishes, session.checkpoint.speakers, session.checkpoint.hash)
     warnings = said.warnings + _unknown(wishes) + style_warnings
@@ -124,7 +128,7 @@ def _assemble(
     own = voice_activity.frame_count(sound)
     activity = stages.run("find pauses", lambda: _fit(voice_activity.fraction_per_frame(voiced, own), frames))
     shows = session.vocabulary if words else None
-    others = None if other is None else stages.run("listen", lambda: _other_voice(other, activity))
+    others = None if other is None else stages.run("listen", lambda: _other_voice(other, activity, theirs))
     heard = SpeechFeatures(named, words, wishes, shows, warnings, features, activity, frames, stages.seconds, spoken, others)
     written = [(text, *times) for text, (_, *times) in zip(said.written, words, strict=True)]
     occasions = gesture_selection.find_occasions(session.vocabulary, written, session.reads)
@@ -174,11 +178,11 @@ def _separate(sound: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndar
     return np.where(own, sound, 0).astype(np.float32), np.where(own, 0, sound).astype(np.float32)
 
 
-def _other_voice(other: np.ndarray, activity: np.ndarray) -> OtherVoice:
+def _other_voice(other: np.ndarray, activity: np.ndarray, words: Sequence) -> OtherVoice:
     """Analyse another voice; the performer listens where its own voice has little ``activity`` ``(frames,)``."""
     from ..sound import audio
 
-    return OtherVoice(prosody.analyse(other).phrases, 1 - np.clip(activity, 0, 1), audio.digest(other))
+    return OtherVoice(prosody.analyse(other).phrases, 1 - np.clip(activity, 0, 1), audio.digest(other), words)
 
 
 def _unknown(wishes: hints.HintEffects) -> list[str]:

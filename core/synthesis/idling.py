@@ -79,9 +79,21 @@ def idle(
     return motion.at(2 * loop + np.arange(round(seconds * fps) + loop) * (skeleton.FPS / fps), fps)
 
 
+def listening(frames: int, style: str = "", seed: int = 0) -> np.ndarray:
+    """Return numbers ``(frames, 27 + SIZE)`` of a person who listens: directions less those of the stance, and hands."""
+    numbers, _ = _assemble(frames, 0, style, 1.0, np.random.default_rng((seed, zlib.crc32(style.encode()), 0x115)), True)
+    return numbers - np.where(np.arange(len(STEPS)) < 27, _table("listener")[0].numbers[0], 0)
+
+
+def answer(kind: str, rng: np.random.Generator) -> np.ndarray:
+    """Return numbers ``(frames, 27 + SIZE)`` of a captured answer of a ``kind``, accept or deny."""
+    found = [one.numbers for one in _table("listener") if f"_{kind}_" in one.kind]
+    return _varied(found[int(rng.integers(len(found)))], rng)
+
+
 @cache
-def _table() -> tuple[Stretch, ...]:
-    with npz.open_arrays(Path(__file__).parents[1] / "assets" / "idle.npz") as data:
+def _table(name: str = "idle") -> tuple[Stretch, ...]:
+    with npz.open_arrays(Path(__file__).parents[1] / "assets" / f"{name}.npz") as data:
         names, ends, steps = (data[name] for name in ("names", "ends", "steps"))
     tracks = np.split(steps.T, ends[:-1])
     parts = [(name[0], name[2:].removeprefix("idle_").rpartition("_")[0]) for name in names.tolist()]
@@ -90,24 +102,28 @@ def _table() -> tuple[Stretch, ...]:
     return tuple(Stretch(body, kind, track) for (body, _), kind, track in zip(parts, kinds, numbers, strict=True))
 
 
-def _assemble(frames: int, seam: int, style: str, stillness: float, rng: np.random.Generator) -> tuple[np.ndarray, list[list]]:
+def _assemble(
+    frames: int, seam: int, style: str, stillness: float, rng: np.random.Generator, listens: bool = False
+) -> tuple[np.ndarray, list[list]]:
     """Return numbers ``(frames, 27 + SIZE)`` of pieces led into each other, and fidgets as [kind, second].
 
     The last ``seam`` frames, 0 if nothing is repeated, will be led into the first ones: no fidget is there."""
-    table, taste = _table(), np.random.default_rng((zlib.crc32(style.encode()), 0x1D7E))
+    taste, size = np.random.default_rng((zlib.crc32(style.encode()), 0x1D7E)), 1.0 if listens else 1.15 - 0.65 * stillness
+    table = [one for one in _table("listener") if "_listen_" in one.kind] if listens else _table()
     habits = {kind: taste.lognormal(0, 0.5) for kind in sorted({one.kind for one in table})}
-    body, join, period = rng.choice(["f", "m"]), round(_JOIN * skeleton.FPS), (frames - seam) / skeleton.FPS if seam else 0.0
+    body, join = rng.choice(sorted({one.body for one in table})), round(_JOIN * skeleton.FPS)
+    period = (frames - seam) / skeleton.FPS if seam else 0.0
     home = np.mean([one.numbers[0] for one in table if one.body == body], axis=0)
     weights = np.array([habits[one.kind] * _FIDGETS.get(one.kind, 1.0) * _OTHER_BODY ** (one.body != body) for one in table])
     fidget, lengths = np.array([[one.kind in _FIDGETS, len(one.numbers)] for one in table]).T
     used: dict[str, list[float]] = {}
-    gap = _CALM_SECONDS * _STILL_FACTOR**stillness
+    gap = _CALM_SECONDS * _STILL_FACTOR**stillness if stillness < 1 else np.inf
     track, shown, next_fidget = np.empty((0, len(STEPS))), [], gap * rng.uniform(0.3, 1.0)
     while len(track) < frames:
         now = max(len(track) - join, 0) / skeleton.FPS
         away = np.array([min([_distance(now, at, period) for at in used.get(one.kind, ())], default=1e3) for one in table])
         fits = fidget * (away > APART) * (len(track) >= seam) * (len(track) + 1.2 * lengths < frames - seam)
-        fidgets = now >= next_fidget and stillness < 1 and fits.any()
+        fidgets = now >= next_fidget and fits.any()
         free = weights * (fits if fidgets else (1 - fidget) * (away >= min(APART, max(away[fidget == 0]))))
         one = table[int(rng.choice(len(table), p=free / free.sum()))]
         numbers = one.numbers
@@ -118,9 +134,8 @@ def _assemble(frames: int, seam: int, style: str, stillness: float, rng: np.rand
             wanted = min(rng.uniform(*_PIECE), max(next_fidget - now, 0) + 2.0)
             length = min(round(wanted * skeleton.FPS), len(numbers))
             first = int(rng.integers(len(numbers) - length + 1))
-            numbers = home + (1.15 - 0.65 * stillness) * (numbers[first : first + length] - home)
-        numbers = _mirrored(numbers) if rng.random() < 0.5 else numbers
-        numbers = sample_cubic(numbers, np.arange(0, len(numbers) - 1, rng.uniform(0.85, 1.0)))
+            numbers = home + size * (numbers[first : first + length] - home)
+        numbers = _varied(numbers, rng)
         used.setdefault(one.kind, []).extend([now, now + len(numbers) / skeleton.FPS])
         over = min(join, len(track))
         share = ramp(np.arange(over), -1, over)[:, None]
@@ -132,6 +147,12 @@ def _assemble(frames: int, seam: int, style: str, stillness: float, rng: np.rand
 def _distance(now: float, at: float, period: float) -> float:
     """Return the seconds between two moments, around a loop of ``period`` seconds if that is not 0."""
     return min((now - at) % period, (at - now) % period) if period else abs(now - at)
+
+
+def _varied(numbers: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return a stretch slower, and half of the times mirrored."""
+    numbers = _mirrored(numbers) if rng.random() < 0.5 else numbers
+    return sample_cubic(numbers, np.arange(0, len(numbers) - 1, rng.uniform(0.85, 1.0)))
 
 
 def _mirrored(numbers: np.ndarray) -> np.ndarray:

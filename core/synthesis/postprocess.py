@@ -51,13 +51,17 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
         shown = gesture_selection.choose_gestures(vocabulary, heard.words, *asked, occasions) if vocabulary else []
         which = gesture_blending.arms_of_gestures(drawn, shown)
         directions = hints.apply_hints(gesture_blending.blend_gestures(drawn, shown, which), heard.wishes, pose)
-        directions = still.live(directions, pose, request.keyed_seed + take)
+        home = pose
         if shown:
             about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
         if heard.others is not None:
-            answers = listener_response.draw_responses(heard.others.phrases, heard.others.share, request.keyed_seed + take)
-            directions = listener_response.apply_responses(directions, answers, heard.others.share)
+            said = heard.others.phrases, still.weight, request.keyed_seed + take, heard.others.words
+            answers = listener_response.draw_responses(*said)
+            body = listener_response.listen(heard.frames, answers, _name(performers), request.keyed_seed + take)
+            home = pose + body[:, :27].reshape(-1, 9, 3)
+            numbers = None if numbers is None else numbers + still.weight[:, None] * (body[:, 27:] - numbers)
             about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
+        directions = still.live(directions, home, request.keyed_seed + take)
         straight = directions
         directions = listener_response.turn_head_toward(directions, side, None if heard.others is None else heard.others.share)
         directions, spared = _spared(request, heard, pose, about, rest.scale_amplitude(directions, size, pose), kept)

@@ -1,4 +1,4 @@
-"""Who listens is at rest, and answers seldom and a little; who takes turns speaks in them and listens otherwise."""
+"""Who listens waits as captured people do, and answers now and then; who takes turns speaks in them and listens otherwise."""
 
 import numpy as np
 import pytest
@@ -37,21 +37,30 @@ def fast(motion):
     return np.linalg.norm(np.diff(skeleton.wrists(motion.directions), axis=0), axis=-1).max(1) * skeleton.FPS
 
 
-def test_who_listens_is_at_rest_and_answers(session, examples):
+def turning(motion, edges):
+    """Radians a second by which directions of ``edges`` turn, on average at each frame."""
+    return np.linalg.norm(np.diff(motion.directions[:, edges].astype(float), axis=0), axis=-1).mean(1) * skeleton.FPS
+
+
+def test_who_listens_lives_and_answers(session, examples):
     made = [
-        session.synthesize(Request(examples / "hello.flac", seed=seed, listen=True, face=1.0)).motions[0] for seed in range(4)
+        session.synthesize(Request(examples / "hello.flac", seed=seed, listen=True, face=1.0, hands=1.0)).motions[0]
+        for seed in range(4)
     ]
     found = [answer for one in made for answer in one.meta["listens"]]
     assert 0 < len(found) < 4 * made[0].duration / 1.8
-    assert sum(kind == "nod" for kind, _ in found) >= len(found) / 3
+    assert sum(kind == "accept" for kind, _ in found) >= len(found) / 2
     for motion in made:
-        assert fast(motion).max() < 0.1 and not motion.words
+        # captured people who listen: arms 0.05 to 0.4, head 0.15 to 0.4, wrists at most 1 m/s
+        assert 0.05 < np.mean(turning(motion, [4, 5, 7, 8])) < 0.4 and 0.1 < np.mean(turning(motion, [1, 2])) < 0.6
+        assert turning(motion, range(9)).min() > 0.005 and fast(motion).max() < 1 and not motion.words
         assert motion.face.weights[:, 0].max() < 0.05
-        turned = np.degrees(np.arccos(np.clip((motion.directions[1:, 2] * motion.directions[:-1, 2]).sum(-1), -1, 1)))
-        assert turned.max() * skeleton.FPS < 120
         assert not limits.backward_elbows(motion.directions).any()
+        palms = motion.hands.palms.astype(float)
+        assert np.linalg.norm(np.diff(palms, axis=0), axis=-1).max() * skeleton.FPS < 8
     again = session.synthesize(provenance.request_from_meta(made[3].meta, examples / "hello.flac")).motions[0]
     assert np.array_equal(again.directions, made[3].directions)
+    assert not np.allclose(made[0].directions, made[1].directions, atol=0.01), "another seed waits otherwise"
 
 
 def test_two_recordings_take_turns(session, dialogue):
@@ -62,7 +71,7 @@ def test_two_recordings_take_turns(session, dialogue):
     middle, room = len(one.directions) // 2, int(2 * skeleton.FPS)
     for motion, own, listens in ((one, slice(0, middle - room), slice(middle + room, None)),
                                  (other, slice(middle + room, None), slice(0, middle - room))):  # fmt: skip
-        assert fast(motion)[own].max() > 0.5 > 0.1 > fast(motion)[listens].max()
+        assert np.mean(fast(motion)[own]) > 2 * np.mean(fast(motion)[listens]) > 0.02
         assert motion.meta["listens"] and all(at > 7 if motion is one else at < 9 for _, at in motion.meta["listens"])
 
 
@@ -75,8 +84,8 @@ def test_a_transcript_with_names_tells_whose_turn_it_is(session, examples):
     border = bert.words[0][1]
     assert anna.words[-1][2] <= border
     row = int(border * skeleton.FPS)
-    assert fast(anna.motions[0])[: row - 15].max() > 0.5 > 0.15 > fast(bert.motions[0])[: row - 15].max()
-    assert fast(bert.motions[0])[row + 15 :].max() > 0.5
+    assert np.mean(fast(anna.motions[0])[: row - 15]) > 2 * np.mean(fast(bert.motions[0])[: row - 15])
+    assert np.mean(fast(bert.motions[0])[row + 15 :]) > 2 * np.mean(fast(anna.motions[0])[row + 30 :])
     with pytest.raises(UsageError, match="ANNA, BERT"):
         session.synthesize(Request(examples / "hello.flac", text=text, turn="Carl"))
 
@@ -95,9 +104,28 @@ def test_answers_come_at_ends_of_phrases_that_are_heard():
     phrases = np.stack([np.arange(0, 400, 4.0), np.arange(3, 403, 4.0)], 1)
     hears = np.ones(405 * 15)
     found = listener_response.draw_responses(phrases, hears, 3)
-    assert 0.5 < len(found) / len(phrases) < 0.95 and found == listener_response.draw_responses(phrases, hears, 3)
+    again = listener_response.draw_responses(phrases, hears, 3)
+    assert 0.3 < len(found) / len(phrases) < 0.8 and [one[:2] for one in found] == [one[:2] for one in again]
     assert all(min(abs(one.at - end) for _, end in phrases) < 0.4 for one in found)
     assert listener_response.draw_responses(phrases, 0 * hears, 3) == []
+
+
+def test_what_is_personal_is_answered_more():
+    phrases, hears = np.stack([np.arange(0, 800, 8.0), np.arange(3, 803, 8.0)], 1), np.ones(805 * 15)
+    words = [("I'm", at + 1, at + 1.5) for at in range(0, 800, 16)]  # in every second phrase
+    found = listener_response.draw_responses(phrases, hears, 3, words)
+    personal = [round((one.at - 3) / 8) % 2 == 0 for one in found]
+    assert sum(personal) > 1.25 * (len(found) - sum(personal))
+    size = [np.abs(one.numbers[:, :27]).max() for one in found]
+    assert np.mean([a for a, own in zip(size, personal, strict=True) if own]) > 1.2 * np.mean(
+        [a for a, own in zip(size, personal, strict=True) if not own]
+    )
+
+
+def test_a_text_tells_what_is_personal(session, examples):
+    about = {"audio": examples / "hello.flac", "listen": True, "seed": 1}
+    told = session.synthesize(Request(**about, transcript=examples / "hello.txt"))
+    assert not told.words and told.motions[0].meta["listens"] != session.synthesize(Request(**about)).motions[0].meta["listens"]
 
 
 def test_one_way_of_listening_at_a_time(dialogue):
