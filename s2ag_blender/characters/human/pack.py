@@ -24,7 +24,7 @@ def main() -> None:
     shown = np.unique(np.concatenate([mesh.faces[name].ravel() for name in SURFACES]))
     rigs = {}
     for name in RIGS:
-        weighted, table = source.weights(name)
+        weighted, table = recipe.weights(name)
         kept |= _skin(name, table, shown)
         bones = {bone: _bone(definition) for bone, definition in source.rig(name)[0].items()}
         rigs[name] = {"bones": bones, "weighted": weighted}

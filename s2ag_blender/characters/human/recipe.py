@@ -1,8 +1,9 @@
-"""Defines the human's shape by MakeHuman shape targets, for an adult woman and an adult man; used when packing the data."""
+"""Defines the human's shape by MakeHuman shape targets, for an adult woman and an adult man, and its skin weights; used when
+packing the data."""
 
 import numpy as np
 
-from . import source
+from . import shoulders, source
 
 _BODY = {
     "female": {"averagemuscle-averageweight": 0.5, "minmuscle-averageweight": 0.2, "averagemuscle-minweight": 0.3},
@@ -13,8 +14,10 @@ _BODY = {
 _IDEAL = {"female": 0.4, "male": 0.35}
 """Weights of MakeHuman's ideal proportions."""
 
-_HANDS = {f"hands/{side}-hand-fingers-distance-decr": 0.7 for side in "lr"}
-"""Fingers closer together than the base mesh spreads them."""
+_LIMBS = {f"hands/{side}-hand-fingers-distance-decr": 0.7 for side in "lr"} | {
+    f"arms/{side}-upperarm-shoulder-muscle-decr": 0.5 for side in "lr"
+}
+"""Fingers closer together than the base mesh spreads them, and narrower shoulders."""
 
 _ANCESTRY = {
     "female": {"caucasian": 0.5, "asian": 0.25, "african": 0.25},
@@ -57,7 +60,7 @@ _FACE = {
 
 def person(gender: str) -> np.ndarray:
     """Return points (19158, 3) of the base mesh in the shape of a young adult: metres, z up, facing -y, soles at z = 0."""
-    weights = dict(_HANDS)
+    weights = dict(_LIMBS)
     for build, part in _BODY[gender].items():
         weights[f"macrodetails/universal-{gender}-young-{build}"] = part
         weights[f"macrodetails/proportions/{gender}-young-{build}-idealproportions"] = part * _IDEAL[gender]
@@ -65,4 +68,10 @@ def person(gender: str) -> np.ndarray:
     points = source.to_blender(source.morph(weights | _FACE[gender]))
     body = np.unique(source.base_mesh().faces["body"])
     points[:, 2] -= points[body, 2].min()
-    return points
+    return shoulders.lowered(points)
+
+
+def weights(name: str) -> tuple[list[str], np.ndarray]:
+    """Return the names of the deforming bones of the rig ``name`` and weights (19158, bones) float32."""
+    bones, table = source.weights(name)
+    return bones, shoulders.divided(name, bones, table, [person(gender) for gender in _BODY])

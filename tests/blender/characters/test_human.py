@@ -129,6 +129,25 @@ def test_an_arm_takes_its_sleeve_and_hand_along():
         assert moved[before[:, 0] < -0.2].max() < 1e-3
 
 
+def test_shoulders_slope_with_the_arms_down_and_raised():
+    character = human.build("mixamo")
+    bones, jumper = character.armature.pose.bones, part(character, "Jumper")
+    joint, neck = bones["mixamorig:LeftArm"].bone.head_local, bones["mixamorig:Neck"].bone.head_local
+    rest = points_of(jumper)
+    top = (np.abs(rest[:, 0] - 0.5 * (joint.x + neck.x) - 0.03) < 0.03) & (rest[:, 2] > joint.z + 0.02)
+    assert top.sum() > 30
+    for degrees in (38, -45):  # down at the side, and straight out
+        for name, sign in (("Left", 1), ("Right", -1)):
+            arm = bones[f"mixamorig:{name}Arm"]
+            turn, axes = Quaternion((0, 1, 0), np.radians(sign * degrees)), arm.bone.matrix_local.to_quaternion()
+            arm.rotation_mode, arm.rotation_quaternion = "QUATERNION", axes.inverted() @ turn @ axes
+        bpy.context.view_layer.update()
+        moved = points_of(jumper)
+        assert np.abs(moved[top, 2] - rest[top, 2]).max() < 0.007
+        ridge = [moved[np.abs(moved[:, 0] - x) < 0.01][:, 2].max() for x in np.linspace(0.5, 0.95, 4) * joint.x]
+        assert (np.diff(ridge) < 0).all()  # down from neck to joint
+
+
 def test_fingers_are_bent_towards_the_palm():
     character = human.build("default")
     bones = character.armature.pose.bones
@@ -181,7 +200,7 @@ def test_rigs_are_those_of_the_source(name):
                 wanted = points[np.atleast_1d(one[end].get("vertex_index", one[end].get("vertex_indices")))].mean(0)
             assert np.allclose(rig.place(bones[bone][end], points), wanted, atol=1e-9)
         assert (bones[bone]["roll"], bones[bone]["connect"]) == (one["roll"], bool(one["use_connect"]))
-    (ours, kept), (names, table) = data.weights(name), source.weights(name)
+    (ours, kept), (names, table) = data.weights(name), recipe.weights(name)
     shown = np.unique(np.concatenate([data.base_mesh().faces[surface].ravel() for surface in pack.SURFACES]))
     assert ours == names
     # Half a step each in what is kept, and what is lost of the sum of a dozen bones.
