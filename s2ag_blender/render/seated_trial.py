@@ -1,8 +1,8 @@
 """Measures hands and legs of a character on a chair for ``s2ag evaluate --seated``, on the vertices of its meshes.
 
 ``python -m s2ag.s2ag_blender.render.seated_trial JOB.json`` with the fields ``character``, ``gender``, ``fps``, ``motions``
-(paths of ``.npz``), ``tables`` (heights in metres above the hip joints, 0 without one) and, where a ``.blend`` of every motion
-is wanted, ``keep`` (a path's beginning).
+(paths of ``.npz``), ``tables`` (heights in metres above the hip joints, 0 without one), ``rests``, the height of a chair's arm
+rests, which are meant where a table has it, and, where a ``.blend`` of every motion is wanted, ``keep`` (a path's beginning).
 """
 
 import sys
@@ -25,6 +25,8 @@ from ..rig import body_shape, reading, solver
 PARTS = ("hands", "forearms")
 _FAR = 0.1
 """Metres within which the surface of a thigh is looked for."""
+REST = 0.24, 0.32, 0.25
+"""Metres from the middle of a chair to the inner and the outer side of its arm rests, and of their front ahead of the hips."""
 
 
 class Sitter:
@@ -79,6 +81,14 @@ class Sitter:
         """Return how far (n,) points (n, 3) of the scene are ahead of the hips."""
         turned = np.array(self.item.matrix_world.to_3x3()) @ -self.back
         return (points - self.hips()) @ (turned / np.linalg.norm(turned))
+
+    def in_rests(self, points: np.ndarray, high: float) -> float:
+        """Return the metres by which the deepest of ``points`` (n, 3) of the scene lies in arm rests of this height."""
+        side = np.array(self.item.matrix_world.to_3x3()) @ self.left
+        aside = np.abs((points - self.hips()) @ (side / np.linalg.norm(side)))
+        inner, outer, front = REST
+        depths = np.stack([high - points[:, 2], aside - inner, outer - aside, front - self.ahead(points)]).min(0)
+        return max(float(depths.max()), 0.0)
 
     def depth(self, frame: int) -> tuple[dict[str, float], dict[str, np.ndarray]]:
         """Return the metres by which vertices of each of :data:`PARTS` lie in a thigh, at most, and these vertices (n, 3)."""
@@ -165,7 +175,7 @@ def perform(job: dict, voice: program.EventWriter) -> dict:
         rows.append({"table": table, "motion": number} | _measured(sitter, job, job["motions"][number], table))
         voice.progress("frames", (done + 1) / len(asked))
         if "keep" in job:
-            bpy.ops.wm.save_as_mainfile(filepath=f"{job['keep']}-{number}{'-table' * bool(table)}.blend", copy=True)
+            bpy.ops.wm.save_as_mainfile(filepath=f"{job['keep']}-{number}{f'-{table:g}' * bool(table)}.blend", copy=True)
     return {"rows": rows}
 
 
@@ -179,13 +189,15 @@ def _measured(sitter: Sitter, job: dict, path: str, table: float) -> dict:
     before, edge = sitter.posed(), sitter.edge(high) if table else 0.0
     apply_motion(sitter.item, motion, 1, **about)
     scene.frame_start, scene.frame_end = 1, int((len(motion.directions) - 1) / motion.fps * job["fps"]) + 1
-    figures: dict[str, list[float]] = {f"{part} in {what}": [] for part in PARTS for what in ("thigh", "table")}
+    figures: dict[str, list[float]] = {f"{part} in {what}": [] for part in PARTS for what in ("thigh", "table", "arm rest")}
     moved = 0.0
     for thighs, places in _frames(sitter, scene.frame_end):
         for part in PARTS:
             figures[f"{part} in thigh"].append(thighs[part])
-            inside = np.minimum(high - places[part][:, 2], sitter.ahead(places[part]) - edge) if table else np.zeros(1)
+            solid = table and table != job["rests"]
+            inside = np.minimum(high - places[part][:, 2], sitter.ahead(places[part]) - edge) if solid else np.zeros(1)
             figures[f"{part} in table"].append(max(float(inside.max()), 0.0))
+            figures[f"{part} in arm rest"].append(sitter.in_rests(places[part], float(hips[2]) + job["rests"]))
         moved = max(moved, float(np.abs(sitter.posed() - before).max()))
     return {"figures": figures, "moved": moved}
 

@@ -94,6 +94,8 @@ def test_the_trial_sees_what_lies_in_a_thigh_and_in_a_table():
     middle = np.mean(ends, axis=0)
     assert seated_trial.depth(*thighs, middle[None]) > 0.04
     assert seated_trial.depth(*thighs, middle[None] + [[0, 0, 0.3]]) == 0
+    beside = sitter.hips() + 0.28 * sitter.left + [0, 0, 0.1]  # 4 cm below the top of an arm rest, and from either side
+    assert sitter.in_rests(np.array([beside, sitter.hips()]), float(sitter.hips()[2]) + 0.14) == pytest.approx(0.04, abs=0.001)
 
     hanging = keyed(sitter.item, low_hands()[0], seated="OFF")
     high = float(sitter.hips()[2]) + 0.2
@@ -106,9 +108,12 @@ def test_a_trial_tells_of_idle_and_talk_on_a_chair_and_at_a_table(voice, tmp_pat
         return seated_trial.perform(json_text.read(job), program.EventWriter(told.append))
 
     rows = seated.trial(["mannequin"], [voice], run, seconds=3.0, keep=tmp_path)
-    assert [(row.kind, row.table) for row in rows] == [("idle", False), ("talk", False), ("idle", True), ("talk", True)]
+    kinds, places = ("idle", "listen", "talk"), ("no table", "arm rests", "a table")
+    assert [(row.at, row.kind) for row in rows] == [(at, kind) for at in places for kind in kinds]
     assert all(row.reached() and 29 <= len(row.depths["hands in table"]) <= 31 for row in rows)
-    assert len(list(tmp_path.glob("mannequin-*.blend"))) == 4
+    assert len(list(tmp_path.glob("mannequin-*.blend"))) == 9
     assert "reached by all" in seated.page(rows) and "| mannequin | talk | a table |" in seated.page(rows)
+    high = rows[3].depths["forearms in arm rest"] + 0.02
+    assert not replace(rows[3], depths={**rows[3].depths, "forearms in arm rest": high}).reached()
     deep = replace(rows[0], depths={**rows[0].depths, "hands in thigh": np.array([0.002, 0.02])})
     assert "20.0 mm, 50.00% deeper than 10" in seated.page([deep]) and "missed by mannequin (idle)" in seated.page([deep])
