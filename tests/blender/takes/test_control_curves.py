@@ -79,11 +79,31 @@ def test_a_style_begins_at_a_marker(speaker):
     assert any("as it should be" in warning for warning in outcome.warnings)
 
 
-def test_a_character_listens_instead_of_speaking(speaker):
+def test_a_character_listens_instead_of_speaking(speaker, tmp_path):
     speaker.s2ag.listen = True
+    bpy.ops.ed.undo_push(message="ready")
     assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
-    assert told(speaker)["listen"] is True and "listens" in told(speaker)
+    bpy.ops.ed.undo()
+    (speaker,) = (item for item in bpy.data.objects if item.type == "ARMATURE")
+    assert take_list.active(speaker) is None and speaker.s2ag.listen
+    assert press(bpy.ops.s2ag.generate) == {"FINISHED"}
+    assert told(speaker)["listen"] is True and told(speaker)["listens"]
     assert not (told(speaker).get("transcript") or told(speaker)["mirror"])
+
+    def places(armature):
+        found = []
+        for frame in range(1, 70, 8):
+            bpy.context.scene.frame_set(frame)
+            found.append([[*armature.pose.bones[name].head] for name in ("hand.L", "hand.R", "head")])
+        return np.array(found)
+
+    before, answers, path = places(speaker), told(speaker)["listens"], str(tmp_path / "heard.blend")
+    assert np.linalg.norm(np.diff(before, axis=0), axis=-1).max(1).min() > 1e-4, "a listener is no statue"
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    (again,) = (item for item in bpy.data.objects if item.type == "ARMATURE")
+    assert again.s2ag.listen and told(again)["listens"] == answers
+    assert np.abs(places(again) - before).max() < 1e-6
 
 
 def test_what_was_heard_is_keyed_and_edited(speaker, examples):

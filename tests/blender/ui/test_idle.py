@@ -42,6 +42,18 @@ def test_everyone_selected_waits_in_a_way_of_its_own(crowd):
         assert np.linalg.norm(np.diff(path, axis=0)[0] - np.diff(path, axis=0)[-1]) < max(4 * np.median(steps), 0.004)
 
 
+def test_who_sits_waits_on_across_the_seam_of_a_loop(crowd):
+    for figure in crowd:
+        figure.s2ag.seated = "ON"
+    assert bpy.ops.s2ag.idle(seconds=6, stillness=0.2) == {"FINISHED"}
+    for figure in crowd:
+        path = wrists(figure, range(1, 146))
+        speeds = np.diff(path, axis=0)
+        jumps = np.linalg.norm(np.diff(np.concatenate([speeds, speeds[:1]]), axis=0), axis=1)
+        assert np.abs(path[-1] - path[0]).max() < 1e-4 and jumps[-1] <= np.percentile(jumps, 99)
+        assert np.linalg.norm(speeds, axis=1).min() > 1e-5
+
+
 def test_legs_and_root_stay_in_place(crowd):
     place = crowd[0].matrix_world.copy()
     bpy.ops.s2ag.idle(seconds=2, stillness=1.0)
