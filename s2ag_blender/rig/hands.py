@@ -48,15 +48,15 @@ def posed_palms(armature: ArmatureObject, goals: Goals, free: Collection[str]) -
     return {name for name in found if name in free and not _rests(armature.pose.bones[name])}
 
 
-def obstacles(goals: Goals, free: Collection[str]) -> Iterator[str]:
-    """Yield a sentence for what keeps hands and fingers from their motion; ``free`` are the bones that may be turned."""
+def obstacles(goals: Goals, free: Collection[str], wrists: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for what keeps hands and fingers from their motion: only bones in ``wrists`` and ``free`` may turn."""
     bones, chains, fingerless = goals.bones, goals.mapping.chains, []
     for side in fingers.SIDES:
         chain, hand = chains.get(f"{side}_hand", ()), goals.hand(side).fingers
         if not chain:
             yield "An arm has no bone for its hand, so this hand does not move."
             continue
-        if chain[0] not in free:
+        if chain[0] not in wrists:
             yield f'Bone "{chain[0]}" is keyed, locked or held by a constraint, so its hand follows the forearm.'
         rows = [row for finger in (*hand.fingers, hand.thumb) for row in finger[:3]] if hand is not None else []
         if rows and not any(bones.names[row] in free for row in rows):

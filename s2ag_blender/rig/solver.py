@@ -67,13 +67,13 @@ def solve_in_slices(
 
     yield
     goals = ask(bones, keys, clear=False)
-    for sentence in hands.obstacles(goals, free) if moving else ():
+    followers = hands.free_bones(armature, ruled=True, posed=moving) if why else free
+    for sentence in hands.obstacles(goals, free, followers) if moving else ():
         tell(sentence)
     yield
     yield from goals.clearing()
     yield
     if why:
-        followers = hands.free_bones(armature, ruled=True, posed=moving)
         about = {"scene": scene, "ask": ask, "values": values, "hands": followers, "tell": tell}
         rotations = yield from controls.solve_in_slices(armature, bones, mapping, motion, keys, **about)
     else:

@@ -1,4 +1,4 @@
-"""Rigs that others made, opened in Blender: Rocketbox and Mesh2Motion of the material folder, Rigify's."""
+"""Rigs that others made, opened in Blender: those of the material folder, and Rigify's."""
 
 import bpy
 import pytest
@@ -15,10 +15,32 @@ def opened(path):
     return armature()
 
 
-def rocketbox(shared, name):
-    """Import a character of Rocketbox, which comes posed."""
-    bpy.ops.import_scene.fbx(filepath=str(there(shared / "rocketbox" / f"{name}.fbx")))
+def imported(path, kind=""):
+    """Import a file by Blender's importer for its ending, or for ``kind``; ``fbx2`` is Blender's newer one of FBX."""
+    kind = kind or path.suffix[1:]
+    if kind == "fbx2" and "fbx_import" not in dir(bpy.ops.wm):
+        pytest.skip("this Blender has one importer for FBX")
+    read = {"fbx": bpy.ops.import_scene.fbx, "glb": bpy.ops.import_scene.gltf, "bvh": bpy.ops.import_anim.bvh}
+    (read.get(kind) or (bpy.ops.wm.usd_import if kind == "usdc" else bpy.ops.wm.fbx_import))(filepath=str(there(path)))
     return armature()
+
+
+def rocketbox(shared, name, kind="fbx"):
+    """Import a character of Rocketbox, which comes posed."""
+    return imported(shared / "rocketbox" / f"{name}.fbx", kind)
+
+
+def naturalpoint(shared):
+    """Import SmartBody's BVH skeleton; the importer keys every bone."""
+    return imported(shared / "smartbody" / "PNGestures" / "skeletons" / "pnskeleton.bvh")
+
+
+ENDINGS = (".blend", ".bvh", ".dae", ".fbx", ".glb", ".gltf", ".pmx", ".usd", ".usdc", ".vrm")
+
+
+def files(shared):
+    """Names of all files of the material folder that may hold a rig and that Blender can open."""
+    return {path.name for path in shared.rglob("*") if path.suffix.lower() in ENDINGS}
 
 
 def mesh2motion(shared):
