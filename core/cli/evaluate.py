@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--material, and --data only to judge the corpus, too"
     )
     parser.add_argument("--talk", action="store_true", help=talk)
-    idles = "measure only how far idles are told apart from captured people who wait; needs --material"
+    idles = "measure only how far idles are told apart from captured people who wait, and how listeners move; needs --material"
     parser.add_argument("--idles", action="store_true", help=idles)
     people_data = "talk: a data set of people's talk, made by s2ag data, as one more kind of people; several times for several"
     parser.add_argument("--people", metavar="FOLDER", type=Path, action="append", default=[], help=people_data)
@@ -101,7 +101,7 @@ def run(options: argparse.Namespace) -> int:
     if options.faces:
         return _faces(people, options.report)
     if options.idles:
-        return _idles(options)
+        return _idles(options, people)
     if options.talk:
         return _talk(options)
     if options.capture:
@@ -147,8 +147,8 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _idles(options: argparse.Namespace) -> int:
-    """Print how far idles are told apart from captured ones."""
+def _idles(options: argparse.Namespace, people: list[Path]) -> int:
+    """Print how far idles are told apart from captured ones, and how fast listeners move beside captured ones."""
     from ..learning.evaluate import idles
 
     if options.material is None:
@@ -156,7 +156,8 @@ def _idles(options: argparse.Namespace) -> int:
     set_passive_waiting()
     with Progress() as progress:
         verdicts = idles.judge(options.material, progress)
-    print(idles.page(verdicts))
+        listening = idles.listeners(options.material, people)
+    print(idles.page(verdicts, listening))
     return 0
 
 

@@ -151,13 +151,10 @@ def _distance(now: float, at: float, period: float) -> float:
 
 def _varied(numbers: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return a stretch slower, and half of the times mirrored."""
-    numbers = _mirrored(numbers) if rng.random() < 0.5 else numbers
+    if rng.random() < 0.5:
+        directions = skeleton.mirror(numbers[:, :27].reshape(-1, 9, 3)).reshape(-1, 27)
+        numbers = np.concatenate([directions, hand_channels.mirror_channels(numbers[:, 27:])], axis=1)
     return sample_cubic(numbers, np.arange(0, len(numbers) - 1, rng.uniform(0.85, 1.0)))
-
-
-def _mirrored(numbers: np.ndarray) -> np.ndarray:
-    directions = skeleton.mirror(numbers[:, :27].reshape(-1, 9, 3)).reshape(-1, 27)
-    return np.concatenate([directions, hand_channels.mirror_channels(numbers[:, 27:])], axis=1)
 
 
 def _waiting_face(directions: np.ndarray, seed: int) -> np.ndarray:

@@ -8,6 +8,7 @@ from .bases import Icon, LayoutMixin
 
 _MORE_TAKES: tuple[tuple[str, Icon], ...] = (("reroll", "FILE_REFRESH"), ("vary", "MOD_NOISE"), ("style_grid", "MESH_GRID"))
 """Operators that make more takes, with icons."""
+_BODIES: tuple[tuple[str, Icon], ...] = (("idle", "USER"), ("generate_strips", "SEQUENCE"), ("insert_gesture", "VIEW_PAN"))
 
 
 class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
@@ -46,13 +47,11 @@ class S2AG_MT_gestures(LayoutMixin, bpy.types.Menu):
         layout.operator("s2ag.remove_markers")
         layout.operator_menu_enum("s2ag.export", "format", icon="EXPORT")
         layout.operator("s2ag.import_motion", icon="IMPORT")
-        layout.operator("s2ag.idle", icon="USER")
-        layout.operator("s2ag.generate_strips", icon="SEQUENCE")
-        layout.operator("s2ag.insert_gesture", icon="VIEW_PAN")
+        for name, icon in _BODIES:
+            layout.operator(f"s2ag.{name}", icon=icon)
         layout.operator("s2ag.save_gesture", icon="ASSET_MANAGER")
-        layout.operator("s2ag.capture_film")
-        layout.operator("s2ag.learn")
-        layout.operator("s2ag.own_style")
+        for name in ("capture_film", "learn", "own_style"):
+            layout.operator(f"s2ag.{name}")
 
 
 def draw_in_animation(self: LayoutMixin, context: Context) -> None:
@@ -71,13 +70,15 @@ def draw_in_add(self: LayoutMixin, context: Context) -> None:
 
 
 def draw_in_assets(self: LayoutMixin, context: Context) -> None:
-    """Draw the entry in the menu that a click with the right button opens in an asset browser, which has no F3."""
-    self.layout.operator("s2ag.insert_gesture", icon="VIEW_PAN")
+    """Draw the button for a chosen action, in the header of an asset browser, which has no F3, and by a right click."""
+    if getattr(getattr(context, "asset", None), "id_type", "") == "ACTION":
+        self.layout.operator("s2ag.insert_gesture", icon="VIEW_PAN")
 
 
 def register() -> None:
     """Add the menu entries."""
     bpy.types.ASSETBROWSER_MT_context_menu.prepend(draw_in_assets)
+    bpy.types.ASSETBROWSER_MT_editor_menus.append(draw_in_assets)
     bpy.types.VIEW3D_MT_armature_add.append(draw_in_add)
     bpy.types.VIEW3D_MT_object_animation.append(draw_in_animation)
 
@@ -86,4 +87,5 @@ def unregister() -> None:
     """Undo :func:`register`."""
     bpy.types.VIEW3D_MT_object_animation.remove(draw_in_animation)
     bpy.types.VIEW3D_MT_armature_add.remove(draw_in_add)
+    bpy.types.ASSETBROWSER_MT_editor_menus.remove(draw_in_assets)
     bpy.types.ASSETBROWSER_MT_context_menu.remove(draw_in_assets)

@@ -2,12 +2,13 @@
 
 import json
 import os
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 import s2ag
-from acted import now, press
+from acted import Sheet, now, press
 from s2ag.core.editing.gesture_motion import perform_kind
 from s2ag.core.motion import rest
 from s2ag.s2ag_blender import compat
@@ -127,11 +128,19 @@ def test_a_gesture_after_the_end_makes_the_action_longer(figure):
     assert action.frame_range[0] == 1
 
 
-def test_the_menu_of_an_asset_browser_has_it(figure):
-    """F3 does not search there."""
-    assert menus.draw_in_assets in bpy.types.ASSETBROWSER_MT_context_menu._dyn_ui_initialize()
+def test_an_asset_browser_has_it_for_actions(figure):
+    """In its header and by a right click: F3 does not search there."""
+    places = bpy.types.ASSETBROWSER_MT_context_menu, bpy.types.ASSETBROWSER_MT_editor_menus
+    assert all(menus.draw_in_assets in place._dyn_ui_initialize() for place in places)
+    sheet = Sheet()
+    for kind, drawn in (("BRUSH", []), ("ACTION", ["s2ag.insert_gesture"])):
+        context = SimpleNamespace(asset=SimpleNamespace(id_type=kind))
+        menus.draw_in_assets(SimpleNamespace(layout=sheet), context)
+        assert [name for name, _ in sheet.drawn] == drawn
+    menus.draw_in_assets(SimpleNamespace(layout=sheet), SimpleNamespace())  # nothing is chosen
+    assert len(sheet.drawn) == 1
     s2ag.unregister()
-    assert menus.draw_in_assets not in bpy.types.ASSETBROWSER_MT_context_menu._dyn_ui_initialize()
+    assert not [place for place in places if menus.draw_in_assets in place._dyn_ui_initialize()]
     s2ag.register()
 
 

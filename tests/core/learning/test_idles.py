@@ -13,6 +13,13 @@ def test_captured_idles_are_of_two_bodies_in_two_parts_each(shared):
     assert all(motion.shape[1:] == (9, 3) for motions in found.values() for motion in motions)
 
 
+def test_listeners_move_as_captured_ones_do(shared, examples):
+    found = idles.listeners(shared, [examples / "hello.flac"])
+    people, ours = found["captured"], found["ours"]
+    assert len(people) == 3 and len(ours) == len(idles.STYLES)
+    assert (0.5 * people.min(0) < ours.mean(0)).all() and (ours.mean(0) < 1.5 * people.max(0)).all()
+
+
 def test_without_captures_it_is_said(tmp_path, capsys):
     with pytest.raises(UsageError, match="no captured idles"):
         idles.captured(tmp_path)
