@@ -13,7 +13,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the option."""
     films = (
         "film known motions of three characters with three cameras in two lights, capture them, and compare; the films stay in "
-        "--report; with --choosing films other motions and fits the correction of the estimator to them"
+        "--report; with --choosing films other motions, also of every --character, from everywhere, and learns from that what "
+        "the estimator gets wrong"
     )
     parser.add_argument("--capture", action="store_true", help=films)
 
@@ -21,7 +22,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, people: Sequence[Path]) -> int:
     """Film, capture, print the table, and write it to the report."""
     from ..files import atomic_file
-    from ..learning.capture import trial
+    from ..learning.capture import filmed, lessons, trial
 
     if options.report is None:
         raise UsageError("--report is required.", "Name the folder for films and table.")
@@ -29,7 +30,11 @@ def run(options: argparse.Namespace, people: Sequence[Path]) -> int:
         raise UsageError("No recording was given.", "Name one with --human.")
     blender.command("render.job")  # raise errors now, not after the synthesis
     with Progress() as progress:
-        page = trial.run(options.report, people, options.choosing, blender.run, progress)
+        if options.choosing:
+            characters = [*filmed.CHARACTERS, *((who, "female") for who in options.character)]
+            print(lessons.learn(options.report, people, characters, blender.run, progress))
+            return 0
+        page = trial.run(options.report, people, blender.run, progress)
     print(page)
     with atomic_file(options.report / "capture.md") as temporary:
         temporary.write_text(page + "\n", "utf-8")

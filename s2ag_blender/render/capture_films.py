@@ -1,11 +1,14 @@
 """Films known motions for ``s2ag evaluate --capture``: one character, seen by several cameras and in several lights.
 
-``python -m s2ag.s2ag_blender.render.capture_films JOB.json`` with the fields ``character``, ``gender``, ``fps``, ``resolution``
-and ``shots``: each a ``motion`` (.npz), ``camera`` (:data:`CAMERAS`), ``light`` (:data:`LIGHTS`) and ``output`` (.mp4).
+``python -m s2ag.s2ag_blender.render.capture_films JOB.json`` with the fields ``character``, ``gender``, ``fps``,
+``resolution`` and ``shots``: each a ``motion`` (.npz), ``camera`` (:data:`CAMERAS`, or such numbers for each frame), ``light``
+(:data:`LIGHTS`, or such a pair) and ``output`` (.mp4). With ``look``, a number, colours and girth are drawn by chance, and
+edges are rough: films to learn from.
 """
 
 import sys
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -14,6 +17,7 @@ from mathutils import Matrix, Vector
 from ...core import json_text
 from ...core.motion.motion import Motion
 from .. import program
+from ..characters.character import Character
 from . import stage
 
 CAMERAS = {
@@ -25,6 +29,8 @@ CAMERAS = {
 and the lowest height seen, in body heights: a long lens on a stand, a telephone on a desk, one held by somebody at the side."""
 LIGHTS = {"studio": ("paint.sl", 0.0), "dim": ("rim.sl", -0.7)}
 """Blender's studio light, and the exposure in stops."""
+_GIRTH, _SKIN = (-0.006, 0.014), np.array([0.75, 0.5, 0.38])
+"""Metres by which clothes become wider, and a colour of skin."""
 _HIGHEST = 1.08
 """The highest height seen, in body heights."""
 
@@ -46,16 +52,59 @@ def perform(job: dict, voice: program.EventWriter) -> dict:
     stage.set_up_scene(scene, characters, tuple(job["resolution"]))
     settings: Any = scene
     settings.render.engine = "BLENDER_WORKBENCH"
-    place = stage.Place.of(character)
+    place, bodies = stage.Place.of(character), {item.name: _surface(item) for item in character.meshes}
     for number, shot in enumerate(job["shots"]):
         motion = Motion.load(shot["motion"])
         apply_motion(character.armature, motion, 1, scene=scene, mapping=character.mapping)
         scene.frame_start, scene.frame_end = 1, int((len(motion.directions) - 1) / motion.fps * job["fps"]) + 1
-        _aim(scene, place, *CAMERAS[shot["camera"]])
-        settings.display.shading.studio_light, settings.view_settings.exposure = LIGHTS[shot["light"]]
+        _stand(scene, place, CAMERAS[shot["camera"]] if isinstance(shot["camera"], str) else shot["camera"])
+        light = LIGHTS[shot["light"]] if isinstance(shot["light"], str) else shot["light"]
+        settings.display.shading.studio_light, settings.view_settings.exposure = light
+        if "look" in shot:
+            _disguise(scene, character, bodies, np.random.default_rng(shot["look"]))
         share = lambda done, number=number: voice.progress("film", (number + done) / len(job["shots"]))  # noqa: E731
-        render.film(scene, shot["output"], render.Look(), share)
+        render.film(scene, shot["output"], render.Look(samples=1 if "look" in shot else None), share)
     return {"outputs": [shot["output"] for shot in job["shots"]]}
+
+
+def _stand(scene: bpy.types.Scene, place: stage.Place, camera: Sequence) -> None:
+    """Put the camera at one place, or on a way: a place for each frame."""
+    item: Any = scene.camera
+    item.animation_data_clear()
+    if not isinstance(camera[0], Sequence):
+        return _aim(scene, place, *camera)
+    item.rotation_mode = "QUATERNION"
+    for number, spot in enumerate(camera):
+        _aim(scene, place, *spot)
+        for path in ("location", "rotation_quaternion"):
+            item.keyframe_insert(path, frame=scene.frame_start + number)
+    return None
+
+
+def _surface(item: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vertices and normals ``(n, 3)`` of a mesh."""
+    vertices = item.data.vertices
+    return np.array([one.co for one in vertices]), np.array([one.normal for one in vertices])
+
+
+def _disguise(scene: bpy.types.Scene, character: Character, bodies: dict, random: np.random.Generator) -> None:
+    """Colour a character and the backdrop, and make clothes wider or tighter."""
+    girth, own, settings = random.uniform(*_GIRTH), character.meshes, cast(Any, scene)
+    coloured = any(not item.name.startswith(("Human", "Mannequin")) for item in own)
+    for item in settings.objects:
+        skin = any(name in item.name.lower() for name in ("skin", "head"))
+        colour = _SKIN * random.uniform(0.25, 1.1) if skin else random.random(3) ** 1.5 * (1 if item in own else 0.6)
+        if item.type == "MESH":
+            item.color = (*colour, 1)
+        if item in own and not skin:
+            points, normals = bodies[item.name]
+            scale = max(float(np.abs(np.array(item.matrix_world)[:3, :3]).max()), 1e-3)
+            item.data.vertices.foreach_set("co", (points + normals * girth / scale).ravel())
+            item.data.update()
+    for material in bpy.data.materials if coloured else ():
+        skin = any(name in material.name.lower() for name in ("skin", "head"))
+        material.diffuse_color = (*(_SKIN * random.uniform(0.25, 1.1) if skin else random.random(3) ** 1.5), 1)
+    settings.display.shading.color_type = "MATERIAL" if coloured else ("TEXTURE" if random.random() < 0.6 else "OBJECT")
 
 
 def _aim(scene: bpy.types.Scene, place: stage.Place, aside: float, above: float, lens: float, low: float) -> None:

@@ -5,18 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...motion import skeleton
-from . import correction, film
+from . import film, viewpoint, weights
 from .landmarks import Landmarks
+from .viewpoint import HIPS, SHOULDERS, TO_CANONICAL
 
-SHOULDERS, ELBOWS, WRISTS, HIPS = (11, 12), (13, 14), (15, 16), (23, 24)
+ELBOWS, WRISTS = (13, 14), (15, 16)
 """Points of the body, left and right."""
-TO_CANONICAL = np.array([-1.0, 1.0, -1.0])
-"""From the estimator's axes (right in the picture, down, away from the camera) to the canonical ones."""
 _SURE = 0.5
 """Least visibility of a point that counts as seen."""
 _MARGIN = 0.01
-EVEN = 0.2
-"""Width in seconds of the Gaussian over what the correction adds."""
 _TURN_SECONDS = 1.0
 """Width in seconds of the Gaussian that tells a turn of the body from a movement of the shoulders."""
 
@@ -34,40 +31,22 @@ class Pose:
     scenes: np.ndarray
 
 
-def read(found: Landmarks, corrected: bool = True) -> Pose:
-    """Return the pose of every picture, ``corrected`` by what the estimator always gets wrong (:mod:`correction`)."""
+def read(found: Landmarks, view: np.ndarray | None = None) -> Pose:
+    """Return the pose of every picture as the estimator saw it, by cameras with a known ``view`` or an estimated one."""
     points = found.world * TO_CANONICAL
     sure = np.nan_to_num(found.pose[..., 3]) * _inside(found.pose)
     seen = np.isfinite(points).all((1, 2)) & (sure[:, SHOULDERS].min(1) > _SURE)
     scenes = np.cumsum(film.is_cut(found.changes)) if len(found) else np.zeros(0, int)
-    view = _views(points, sure, seen, scenes, found.times)
+    view = _views(points, sure, seen, scenes, found) if view is None else view
     turned = np.einsum("fij,fkj->fki", view, np.nan_to_num(points))
     directions = np.tile(skeleton.MEAN_UNIT.astype(float), (len(points), 1, 1))
     for side, edges in enumerate(skeleton.ARMS):
         arm = turned[:, [row[side] for row in (SHOULDERS, ELBOWS, WRISTS)]]
         directions[:, list(edges)] = skeleton.normalize(np.diff(arm, axis=1))
-        if corrected and seen.any():
-            added = correction.apply("arm", arm_features(found, turned, view, seen, side)).reshape(-1, 6)
-            added = _even(added, found.times, seen, scenes).reshape(-1, 2, 3)
-            directions[:, list(edges)] += added * (correction.MIRROR if side == 0 else 1)
     _trunk(directions, turned, seen)
     _head(directions, found, view, seen)
     arms = np.stack([np.minimum(sure[:, ELBOWS[side]], sure[:, WRISTS[side]]) for side in (0, 1)], 1)
     return Pose(skeleton.normalize(directions), seen, np.where(arms > _SURE, arms, 0.0) * seen[:, None], view, scenes)
-
-
-def arm_features(found: Landmarks, turned: np.ndarray, view: np.ndarray, seen: np.ndarray, side: int) -> np.ndarray:
-    """Return the features ``(n, 13)`` of an arm (:func:`correction.arm_features`); ``turned`` are points in body axes."""
-    width, height = found.size
-    rows = [row[side] for row in (SHOULDERS, ELBOWS, WRISTS)]
-    picture = np.nan_to_num(found.pose[..., :2]) * [-width, height]
-    square = [*SHOULDERS, *HIPS]
-    metres, pixels = (part - part.mean(1, keepdims=True) for part in (
-        np.nan_to_num(found.world[:, square, :2] * TO_CANONICAL[:2]), picture[:, square]))  # fmt: skip
-    scale = np.median((metres * pixels).sum((1, 2))[seen] / np.maximum((metres**2).sum((1, 2))[seen], 1e-9))
-    mirror = correction.MIRROR if side == 0 else np.ones(3)
-    sight = correction.mirrored_view(view) if side == 0 else view
-    return correction.arm_features(turned[:, rows] * mirror, picture[:, rows] / max(scale, 1e-9) * mirror[:2], sight)
 
 
 def _inside(points: np.ndarray) -> np.ndarray:
@@ -76,30 +55,27 @@ def _inside(points: np.ndarray) -> np.ndarray:
         return ((points[..., :2] > -_MARGIN) & (points[..., :2] < 1 + _MARGIN)).all(-1)
 
 
-def _even(values: np.ndarray, times: np.ndarray, seen: np.ndarray, scenes: np.ndarray) -> np.ndarray:
-    """Return values ``(n, d)`` averaged over :data:`EVEN` seconds of a scene: what is quick is a stroke, and stays as it is."""
-    result = np.zeros_like(values)
-    for row in np.flatnonzero(seen):
-        low, high = np.searchsorted(times, (times[row] - 3 * EVEN, times[row] + 3 * EVEN))
-        weight = np.exp(-0.5 * ((times[low : high + 1] - times[row]) / max(EVEN, 1e-3)) ** 2)
-        weight = weight * seen[low : high + 1] * (scenes[low : high + 1] == scenes[row])
-        result[row] = weight @ values[low : high + 1] / max(weight.sum(), 1e-9)
-    return result
-
-
-def _views(points: np.ndarray, sure: np.ndarray, seen: np.ndarray, scenes: np.ndarray, times: np.ndarray) -> np.ndarray:
+def _views(points: np.ndarray, sure: np.ndarray, seen: np.ndarray, scenes: np.ndarray, found: Landmarks) -> np.ndarray:
     """Return rotations ``(n, 3, 3)`` from the camera's axes to those of a body that stands upright and faces z."""
-    result = np.tile(np.eye(3), (len(points), 1, 1))
+    result, known = np.tile(np.eye(3), (len(points), 1, 1)), weights.of("view")
+    places = viewpoint.angles(found, known) if known else None
     for scene in np.unique(scenes[seen]):
         rows = np.flatnonzero(seen & (scenes == scene))
+        up = skeleton.normalize(points[rows][:, SHOULDERS].mean(1) - points[rows][:, HIPS].mean(1))
+        if places is not None:
+            aside = _slow(np.radians(places[rows, 0]), found.times[rows])
+            above = np.full(len(rows), np.median(places[rows, 1]))
+            turn = viewpoint.view(np.stack([np.degrees(aside), above], 1))
+            across, down, _ = np.median(np.einsum("fij,fj->fi", turn, up), axis=0)
+            result[rows] = _shortest(np.array([across, down, 0]), np.array([0.0, -1.0, 0.0])) @ turn
+            continue
         hips = np.median(sure[rows][:, HIPS].min(1)) > _SURE
         across = points[rows, SHOULDERS[0]] - points[rows, SHOULDERS[1]]
         if hips:
             across = across + points[rows, HIPS[0]] - points[rows, HIPS[1]]
-        up = points[rows][:, SHOULDERS].mean(1) - points[rows][:, HIPS].mean(1)
-        angle = _slow(np.arctan2(-across[:, 2], -across[:, 0]), times[rows])
+        angle = _slow(np.arctan2(-across[:, 2], -across[:, 0]), found.times[rows])
         turn = _about_y(-angle)
-        upright = np.median(np.einsum("fij,fj->fi", turn, skeleton.normalize(up)), axis=0)
+        upright = np.median(np.einsum("fij,fj->fi", turn, up), axis=0)
         result[rows] = _shortest(upright, skeleton.MEAN_UNIT[0] * [0, 1, 1]) @ turn
     return result
 

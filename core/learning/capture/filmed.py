@@ -21,7 +21,7 @@ CAMERAS, LIGHTS = ("front", "desk", "aside"), ("studio", "dim")
 """As in ``s2ag_blender/render/capture_films.py``."""
 RATE, SIZE = 15, (800, 448)
 SECONDS = 4.0
-_NOISE, _QUALITY = 8.0, "34"
+_NOISE, _QUALITY = 8.0, 34
 """Deviation of the noise in steps of brightness (of 255) and constant rate factor of the H.264 of worse films."""
 
 Run = Callable[..., dict]
@@ -56,17 +56,16 @@ class Shot:
         return self.folder / f"{self.name}-half.mp4"
 
 
-def plan(folder: Path, choosing: bool) -> list[Shot]:
-    """Return all shots; for ``choosing`` settings every other one, of motions that the others do not have."""
-    every = [Shot(*who, *seen, folder) for who in CHARACTERS for seen in itertools.product(CAMERAS, LIGHTS)]
-    return [shot for number, shot in enumerate(every) if (number + number // 6) % 2 == 0] if choosing else every
+def plan(folder: Path) -> list[Shot]:
+    """Return all shots."""
+    return [Shot(*who, *seen, folder) for who in CHARACTERS for seen in itertools.product(CAMERAS, LIGHTS)]
 
 
-def make(shots: Sequence[Shot], recordings: Sequence[Path], choosing: bool, run: Run, tell: Callable) -> None:
+def make(shots: Sequence[Shot], recordings: Sequence[Path], run: Run, tell: Callable) -> None:
     """Make the films of shots that are not there yet; ``tell(stage, share)`` hears of it. Raises S2agError."""
     missing = [shot for shot in shots if not shot.film.is_file()]
     if any(not shot.motion.is_file() for shot in shots):
-        _perform(shots, recordings, choosing, tell)
+        _perform(shots, recordings, tell)
     for character, gender in CHARACTERS:
         own = [shot for shot in missing if (shot.character, shot.gender) == (character, gender)]
         if not own:
@@ -84,7 +83,7 @@ def make(shots: Sequence[Shot], recordings: Sequence[Path], choosing: bool, run:
             worsen(shot.film, shot.worse)
 
 
-def worsen(source: Path, target: Path) -> None:
+def worsen(source: Path, target: Path, noise: float = _NOISE, quality: int = _QUALITY) -> None:
     """Write a film again with noise, at half size, strongly compressed."""
     import av
 
@@ -92,24 +91,24 @@ def worsen(source: Path, target: Path) -> None:
     with atomic_file(target) as temporary, av.open(str(temporary), "w", format="mp4") as container:
         stream = None
         for picture in film.pictures(source):
-            half = picture.pixels[::2, ::2].astype(float) + random.normal(0, _NOISE, (*picture.pixels[::2, ::2].shape[:2], 1))
+            half = picture.pixels[::2, ::2].astype(float) + random.normal(0, noise, (*picture.pixels[::2, ::2].shape[:2], 1))
             pixels = np.clip(half, 0, 255).astype(np.uint8)
             if stream is None:
-                stream = container.add_stream("libx264", rate=Fraction(RATE), options={"crf": _QUALITY})
+                stream = container.add_stream("libx264", rate=Fraction(RATE), options={"crf": str(quality)})
                 stream.height, stream.width, stream.pix_fmt = pixels.shape[0], pixels.shape[1], "yuv420p"
             container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")))
         if stream is not None:
             container.mux(stream.encode(None))
 
 
-def _perform(shots: Sequence[Shot], recordings: Sequence[Path], choosing: bool, tell: Callable) -> None:
-    """Perform the recordings in other styles for every shot; those for choosing have other styles and seeds."""
+def _perform(shots: Sequence[Shot], recordings: Sequence[Path], tell: Callable) -> None:
+    """Perform the recordings in other styles for every shot."""
     session = Session(remember=True)
     names, frames = [style["name"] for style in session.styles()], round(SECONDS * FPS)
     for number, shot in enumerate(shots):
         tell("perform", number / len(shots))
-        style = names[(5 * number + (2 if choosing else 0)) % len(names)]
-        request = Request(recordings[number % len(recordings)], style=style, seed=number + (100 if choosing else 0), hands=1.0)
+        style = names[5 * number % len(names)]
+        request = Request(recordings[number % len(recordings)], style=style, seed=number, hands=1.0)
         motion: Motion = session.synthesize(request).motions[0]
         begin = (number * 37) % max(len(motion.directions) - frames, 1)
         motion.frames(slice(begin, begin + frames + 1)).save(shot.motion)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ...motion import handshape, skeleton
-from . import correction
 
 WRIST, KNUCKLES = 0, (5, 9, 13, 17)
 """Points of a hand: the wrist and the first joints of the four fingers; three more follow each."""
@@ -16,23 +15,6 @@ def frame(points: np.ndarray, left: bool) -> tuple[np.ndarray, np.ndarray]:
     across = points[:, 5] - points[:, 17]
     normal = np.cross(along, across) if left else np.cross(across, along)
     return along, skeleton.normalize(normal)
-
-
-def features(points: np.ndarray, forearm: np.ndarray, view: np.ndarray, left: bool) -> np.ndarray:
-    """Return features ``(n, 30)`` for :mod:`correction` of hands in body axes, seen with a ``view`` ``(n, 3, 3)``."""
-    mirror = correction.MIRROR if left else np.ones(3)
-    points, forearm = points * mirror, forearm * mirror
-    sight = correction.mirrored_view(view) if left else view
-    return correction.hand_features(points, *frame(points, False), forearm, sight)
-
-
-def corrected(points: np.ndarray, forearm: np.ndarray, view: np.ndarray, left: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return knuckle directions and palm normals ``(n, 3)`` as :func:`frame`, without what the estimator always gets wrong."""
-    found = correction.apply("hand", features(points, forearm, view, left))
-    if not found.any():
-        return frame(points, left)
-    found = skeleton.normalize(found * (correction.MIRROR if left else 1))
-    return found[:, 0], found[:, 1]
 
 
 def shape(points: np.ndarray, left: bool) -> np.ndarray:

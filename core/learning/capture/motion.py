@@ -19,7 +19,7 @@ from ...motion.skeleton import FPS
 from ...sound import audio
 from ...version import VERSION
 from ...words.transcript import TranscriptOptions, timed_transcript
-from . import body, estimator, hands, people, smoothing
+from . import body, estimator, hands, lifting, people, smoothing
 from .landmarks import Landmarks
 
 BRIDGED = 0.5
@@ -102,8 +102,9 @@ def clean(found: Landmarks) -> tuple[Motion, list[str]]:
     """
     pose = body.read(found)
     at = np.arange(max(int(found.times[-1] * FPS) + 1, 2)) / FPS
-    directions, arms_seen = _directions(found, pose, at)
-    motion = Motion(directions, hands=_hands(found, pose, at, directions))
+    lifted = lifting.lift(found, pose, at)
+    directions, arms_seen = _directions(found, pose, at, lifted)
+    motion = Motion(directions, hands=_hands(found, pose, at, directions, lifted))
     unseen = [(start / FPS, end / FPS) for start, end in _runs(~arms_seen) if end - start > BRIDGED * FPS]
     cuts = [float(found.times[row]) for row in np.flatnonzero(np.diff(pose.scenes) > 0) + 1]
     about = {"unseen": [[round(a, 3), round(b, 3)] for a, b in unseen], "cuts": [round(cut, 3) for cut in cuts]}
@@ -120,7 +121,7 @@ def clean(found: Landmarks) -> tuple[Motion, list[str]]:
     return replace(motion, meta=about), notes
 
 
-def _directions(found: Landmarks, pose: body.Pose, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _directions(found: Landmarks, pose: body.Pose, at: np.ndarray, lifted: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Return directions ``(m, 9, 3)`` at the moments ``at``, and where both arms are seen ``(m,)``."""
     result, both = np.zeros((len(at), 9, 3)), np.ones(len(at), bool)
     weights = {edge: pose.seen.astype(float) for edge in (0, 1, 2, 3, 6)}
@@ -131,23 +132,29 @@ def _directions(found: Landmarks, pose: body.Pose, at: np.ndarray) -> tuple[np.n
         weight = np.where(smoothing.outliers(track, _LEAP), 0.0, weight)
         width = smoothing.WIDTH * (1 if edge in skeleton.ARM_EDGES else 2)
         values, seen = smoothing.resample(found.times, track, weight, pose.scenes, at, width)
+        if lifted is not None and edge in skeleton.ARM_EDGES:
+            values = lifted[:, int(edge > 5), (edge - 4) % 3]
         result[:, edge] = smoothing.fill(values, seen, REST[edge], round(BRIDGED * FPS), round(_EASE * FPS))
         both &= seen
     return skeleton.normalize(result).astype(np.float32), both
 
 
-def _hands(found: Landmarks, pose: body.Pose, at: np.ndarray, directions: np.ndarray) -> Hands | None:
+def _hands(
+    found: Landmarks, pose: body.Pose, at: np.ndarray, directions: np.ndarray, lifted: np.ndarray | None
+) -> Hands | None:
     """Return the hands where they are seen, relaxed ones elsewhere; None if neither is ever seen."""
     width, height = found.size
     parts, ever = [], False
     for side, points in enumerate((found.left, found.right)):
         placed = np.einsum("fij,fkj->fki", pose.view, points * body.TO_CANONICAL * [width, height, width])
-        along, palm = hands.corrected(placed, pose.directions[:, FOREARMS[side]], pose.view, side == 0)
+        along, palm = hands.frame(placed, side == 0)
         track = np.concatenate([along, palm, hands.shape(placed, side == 0) / 90], 1)
         weight = np.where(np.isfinite(track).all(1) & pose.seen, 1.0, 0.0)
         weight[smoothing.outliers(np.where(weight[:, None] > 0, track[:, :6], np.nan), _HAND_LEAP)] = 0
         values, seen = smoothing.resample(found.times, track, weight, pose.scenes, at, _HAND_WIDTH)
         ever |= bool(seen.any())
+        if lifted is not None:
+            values[:, :6] = lifted[:, side, 2:].reshape(-1, 6)
         parts.append(_with_relaxed(values, seen, directions[:, FOREARMS[side]], side))
     if not ever:
         return None

@@ -1,0 +1,80 @@
+"""What capture learns from films of known motions: where the camera stands, and what the estimator gets wrong about arms."""
+
+import numpy as np
+import pytest
+import torch
+from s2ag.core.learning.capture import body, lessons, lifting, lifting_training, motion, viewpoint, weights
+from s2ag.core.motion import skeleton
+from s2ag.core.motion.hands import Hands
+from s2ag.core.motion.motion import Motion
+from seen_bodies import apart, performed, seen
+
+ANGLES = (-30, -18, -7, 0, 5, 12, 24, 31)
+
+
+def erring(turn):
+    """A film seen by an estimator whose elbows lie too far ahead of the body, and which says so in nothing but depth."""
+    found = seen(performed(), turn)
+    found.world[:, body.ELBOWS, 2] -= 0.08
+    return found
+
+
+@pytest.fixture
+def learned(monkeypatch, tmp_path):
+    """What films of the erring estimator teach one network quickly; it is in use."""
+    truth = Motion(performed()[::2].astype(np.float32))
+    films = [(found := erring(turn), truth, np.tile((turn, 0.0), (len(found), 1))) for turn in ANGLES]
+    monkeypatch.setattr(lifting_training, "_NETWORKS", 1)
+    np.savez(tmp_path / "weights.npz", **lifting_training.learn(films))
+    monkeypatch.setattr(weights, "FILE", tmp_path / "weights.npz")
+    weights.forget()
+    yield
+    monkeypatch.undo()
+    weights.forget()
+
+
+def test_the_view_of_a_camera_that_stands_aside_is_undone():
+    for turn in (0, 25):
+        found, (view,) = seen(performed(), turn), viewpoint.view(np.array([[turn, 0.0]]))
+        placed = found.world[0] * viewpoint.TO_CANONICAL @ view.T
+        across = placed[11] - placed[12]
+        assert np.allclose(across[1:], 0, atol=5e-3) and across[0] < 0  # the left shoulder lies at -x
+    assert np.allclose(viewpoint.view(np.array([[0.0, 20.0]]))[0, :, 2], [0, -np.sin(np.radians(20)), np.cos(np.radians(20))])
+
+
+def test_where_the_camera_stands_and_what_the_estimator_gets_wrong_is_learned(learned):
+    after = apart(motion.clean(erring(17))[0], performed())
+    assert abs(np.median(viewpoint.angles(erring(17), weights.of("view"))[:, 0]) - 17) < 4
+    assert np.median(after) < 8
+
+
+def test_the_network_of_numpy_is_the_one_that_learns():
+    torch.manual_seed(1)
+    random, net = np.random.default_rng(1), lifting_training._Network(10).eval()
+    torch.nn.init.normal_(net.last.weight)
+    rows, start = random.normal(size=(30, 10)), skeleton.normalize(random.normal(size=(30, lifting.OUTPUTS, 3)))
+    known = lifting.Features(rows, start, np.tile(np.eye(3), (30, 1, 1)))
+    about = {"mean": np.zeros(10), "size": np.ones(10), "steps": np.array(lifting_training.STEPS), "networks": np.array(1)}
+    with torch.no_grad():
+        added = net(torch.tensor(rows[None], dtype=torch.float32))[0].numpy().reshape(start.shape)
+    made = lifting.Network({**about, **{f"0.{name}": value for name, value in net.weights().items()}})(known)
+    assert np.abs(added).max() > 0.1 and np.allclose(made, skeleton.normalize(start + added), atol=1e-4)
+
+
+def test_left_arms_are_right_ones_in_a_mirror():
+    directions = performed()
+    mirrored = seen(skeleton.mirror(directions))
+    found, pose = seen(directions), body.read(seen(directions))
+    left = lifting.features(found, pose, 0)
+    right = lifting.features(mirrored, body.read(mirrored), 1)
+    assert np.allclose(left.start, right.start, atol=1e-5)
+
+
+def test_arms_of_lessons_turn_with_their_hands():
+    directions = performed(20).astype(np.float32)
+    knuckles = directions[:, [5, 8]]
+    hands = Hands.of(knuckles, np.tile([0.0, 1.0, 0.1], (20, 2, 1)), np.zeros((20, 2, 12)))
+    turned = lessons._turned(Motion(directions, hands=hands), np.random.default_rng(1))
+    assert np.allclose(np.linalg.norm(turned.directions, axis=-1), 1, atol=1e-5)
+    assert np.allclose(turned.hands.knuckles, turned.directions[:, [5, 8]], atol=1e-5)
+    assert np.degrees(np.arccos(np.clip((turned.directions * directions).sum(-1), -1, 1)))[:, skeleton.ARM_EDGES].max() > 3
