@@ -24,6 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     who = "who, of several: a number from the left, left or right (default: the one who speaks, else the largest)"
     parser.add_argument("--person", metavar="N", help=who)
     add_words(parser.add_mutually_exclusive_group(), no_transcript=True)
+    parser.set_defaults(wordless="the motion has no words")
     share_lines.configure(parser)
 
 

@@ -178,9 +178,9 @@ def _transcript(options: argparse.Namespace, named: Path | None) -> Path | None:
         return None  # reading the recording raises the error
     if file is None:
         how = "--recognise has the words written down." if has_recogniser() else RECOGNISER_ADVICE
-        note(f"Without a transcript the gestures follow the sound alone. {how}")
+        note(f"Without a transcript {getattr(options, 'wordless', 'the gestures follow the sound alone')}. {how}")
         return None
-    note(f"{file} is taken as the transcript; --no-transcript gestures from the sound alone.")
+    note(f"{file} is taken as the transcript; --no-transcript takes none.")
     return file
 
 

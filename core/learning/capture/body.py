@@ -14,7 +14,7 @@ ELBOWS, WRISTS = (13, 14), (15, 16)
 _SURE = 0.5
 """Least visibility of a point that counts as seen."""
 _MARGIN = 0.01
-_TURN_SECONDS = 1.0
+_TURN_SECONDS = 2.0
 """Width in seconds of the Gaussian that tells a turn of the body from a movement of the shoulders."""
 
 
@@ -81,7 +81,7 @@ def _views(points: np.ndarray, sure: np.ndarray, seen: np.ndarray, scenes: np.nd
 
 
 def _slow(angle: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return angles ``(n,)`` in radians without what changes within a second."""
+    """Return angles ``(n,)`` in radians without what changes within two seconds."""
     angle = np.unwrap(angle)
     step = max(len(times) // 20_000, 1)
     nodes = np.arange(0, len(times), step)
