@@ -88,10 +88,10 @@ def copy_curves(armature: ArmatureObject, action: bpy.types.Action, bag: Bag) ->
 
 def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return the affects that a take followed, slider and voice together, by name, each at scene frames ``(n,)``; none for a
-    take that heard nothing."""
+    take that listens or heard nothing."""
     meta = provenance.read(action) or {}
     try:
-        tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS}
+        tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS if not meta.get("listen")}
         frames = timing.clock_of(meta, scene_fps(scene)).frame(HEARD_STEP * np.arange(len(tracks[AFFECTS[0]])))
         share, sliders = float(meta.get("follow", 1.0)), {name: float(meta["affect"].get(name, 0.0)) for name in AFFECTS}
         together = {name: np.clip(share * track + sliders[name] + 0 * frames, -1, 1) for name, track in tracks.items()}

@@ -200,13 +200,11 @@ def words_again(params: dict[str, Any], audio: str, spoken: str) -> Mapping[str,
     return words_beside(audio) or {"text": spoken}
 
 
-def set_recording(armature: ArmatureObject, recording: str) -> str:
-    """Set the character's recording and the transcript beside it; return that transcript's path, "" if there is none."""
+def set_recording(armature: ArmatureObject, recording: str) -> None:
+    """Set the character's recording; the words are those of the transcript beside it, if there is one."""
     settings = armature.s2ag
     settings.audio_source, settings.audio = "FILE", recording
-    settings.transcript_source = "FILE"
-    settings.transcript = str(transcripts.find_transcript(bpy.path.abspath(recording)) or "")
-    return settings.transcript
+    settings.transcript_source, settings.transcript = "FILE", ""
 
 
 def settings_of_strip(settings: Any, name: str) -> dict[str, Any]:

@@ -48,8 +48,9 @@ def note_frames(take: Any) -> None:
 
 
 def title(armature: ArmatureObject, action: bpy.types.Action) -> str:
-    """Return a take's first name: its style, with the lowest number that no other take of the character has."""
-    style = provenance.require(action).get("style", "")
+    """Return a take's first name: its style, or that it listens, with the lowest number that the character has not used."""
+    meta = provenance.require(action)
+    style = translate("Listening") if meta.get("listen") else meta.get("style", "")
     style = " + ".join(translate_style(one) for one in (style if isinstance(style, dict) else [style]))
     used = {take.title for take in armature.s2ag.takes}
     return next(name for number in range(1, len(used) + 2) if (name := f"{style} {number}") not in used)

@@ -107,6 +107,10 @@ class Formed(Directing):
         subtype="FACTOR", options=RESET,
     )
 
+    def draw(self, context: Context) -> None:
+        for name in ("kind", "hand", "size"):
+            self.layout.prop(self, name)
+
     def form(self) -> dict[str, Any]:
         """Return what was chosen, without what is to be left as it is."""
         options: dict[str, Any] = {name: getattr(self, name) for name in ("kind", "hand")}

@@ -140,10 +140,8 @@ def find_transcript(settings: Any, scene: bpy.types.Scene) -> str:
     """Return the path of the transcript beside the recording; empty if there is none."""
     if sources.missing_inputs(settings, scene):
         return ""
-    recording = settings.audio
-    if settings.audio_source == "MIXDOWN":
-        recording = ""
-    elif settings.audio_source == "STRIP":
+    recording = settings.audio if settings.audio_source == "FILE" else ""
+    if settings.audio_source == "STRIP":
         strip = sources.chosen_strip(settings, scene)
         recording = sources.strip_path(strip) if strip is not None and strip.sound else ""
     return sources.transcript_beside(recording) or ""

@@ -2,7 +2,7 @@
 # pyright: reportInvalidTypeForm=false, reportArgumentType=false
 # Callbacks of properties get the context as our own subtype.
 
-from typing import Any
+from typing import Any, cast
 
 import bpy
 
@@ -45,9 +45,6 @@ def _on_keep(take: Any, context: Context) -> None:
 
 def _on_bones(item: Any, context: Context) -> None:
     readiness.clear_cache(item.id_data)
-
-
-_PARTNER = "Another character, or what stands for one: it is looked at, and listened to while it speaks"
 
 
 def _action() -> Any:
@@ -146,8 +143,10 @@ class S2AG_Settings(SettingProperties, bpy.types.PropertyGroup):
         options={"SKIP_SAVE"},
     )
     partner: bpy.props.PointerProperty(
-        type=bpy.types.Object, name="Talks With", description=_PARTNER, override=EDITABLE, update=update_preview
-    )
+        type=bpy.types.Object, name="Talks With", override=EDITABLE, update=update_preview,
+        description="Another character, or what stands for one: it is looked at, and listened to while it speaks",
+        poll=lambda settings, item: (one := cast(Any, item)) != settings.id_data and (one.type != "MESH" or not one.parent),
+    )  # fmt: skip
     target: bpy.props.PointerProperty(
         type=bpy.types.Object, name="Object", description="What a hand holds or points at", override=EDITABLE
     )

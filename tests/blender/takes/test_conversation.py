@@ -8,7 +8,7 @@ import pytest
 from acted import press
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.rig import reading
-from s2ag.s2ag_blender.takes import engine_requests, generate, take_list
+from s2ag.s2ag_blender.takes import control_curves, engine_requests, generate, take_list
 
 pytestmark = pytest.mark.slow
 
@@ -68,6 +68,8 @@ def test_a_listener_turns_to_who_speaks(speaker, other):
     assert np.median(turned) == pytest.approx(45, abs=6)
     told = provenance.read(take_list.active(speaker).action)
     assert told["toward"] == pytest.approx(45, abs=2) and told["listen"]
+    assert take_list.active(speaker).title == "Listening 1" and " – Listening 1" in take_list.active(speaker).action.name
+    assert not control_curves.heard_now(take_list.active(speaker).action, bpy.context.scene)
     speaker.s2ag.partner = None  # a take is made again as it was
     again = generate.plan(bpy.context, speaker, **take_list.remake_arguments(take_list.active(speaker).action))
     assert again.params["toward"] == told["toward"]

@@ -7,8 +7,7 @@ import pytest
 import s2ag
 from s2ag.core.errors import WorkerFailed
 from s2ag.s2ag_blender.engine import client
-from s2ag.s2ag_blender.takes import sources
-from s2ag.s2ag_blender.ui import drop
+from s2ag.s2ag_blender.ui import drop, panel
 
 
 @pytest.fixture
@@ -42,10 +41,11 @@ def test_the_handler_takes_recordings_on_a_viewport_with_a_character(figure):
 
 
 def test_a_recording_is_set_with_the_words_beside_it(figure, recording, examples, tmp_path):
-    assert sources.set_recording(figure, recording) == ""
+    figure.s2ag.transcript, figure.s2ag.transcript_source = "/elsewhere/other.txt", "TYPED"
     words = shutil.copy(examples / "hello.txt", tmp_path)
     assert bpy.ops.s2ag.drop_recording(filepath=recording, generate=False) == {"FINISHED"}
-    assert (figure.s2ag.audio, figure.s2ag.transcript, figure.s2ag.audio_source) == (recording, words, "FILE")
+    assert (figure.s2ag.audio, figure.s2ag.transcript, figure.s2ag.audio_source) == (recording, "", "FILE")
+    assert figure.s2ag.transcript_source == "FILE" and panel.find_transcript(figure.s2ag, bpy.context.scene) == words
 
 
 def test_it_goes_to_the_one_who_is_meant(figure, recording):
