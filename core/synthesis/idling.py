@@ -112,7 +112,7 @@ def _assemble(
     table = [one for one in _table("listener") if "_listen_" in one.kind] if listens else _table()
     habits = {kind: taste.lognormal(0, 0.5) for kind in sorted({one.kind for one in table})}
     body, join = rng.choice(sorted({one.body for one in table})), round(_JOIN * skeleton.FPS)
-    period = (frames - seam) / skeleton.FPS if seam else 0.0
+    period = (frames - seam) / skeleton.FPS if seam else np.inf  # around a loop, moments are near on either side
     home = np.mean([one.numbers[0] for one in table if one.body == body], axis=0)
     weights = np.array([habits[one.kind] * _FIDGETS.get(one.kind, 1.0) * _OTHER_BODY ** (one.body != body) for one in table])
     fidget, lengths = np.array([[one.kind in _FIDGETS, len(one.numbers)] for one in table]).T
@@ -121,7 +121,8 @@ def _assemble(
     track, shown, next_fidget = np.empty((0, len(STEPS))), [], gap * rng.uniform(0.3, 1.0)
     while len(track) < frames:
         now = max(len(track) - join, 0) / skeleton.FPS
-        away = np.array([min([_distance(now, at, period) for at in used.get(one.kind, ())], default=1e3) for one in table])
+        near = [[min((now - at) % period, (at - now) % period) for at in used.get(one.kind, ())] for one in table]
+        away = np.array([min(each, default=1e3) for each in near])
         fits = fidget * (away > APART) * (len(track) >= seam) * (len(track) + 1.2 * lengths < frames - seam)
         fidgets = now >= next_fidget and fits.any()
         free = weights * (fits if fidgets else (1 - fidget) * (away >= min(APART, max(away[fidget == 0]))))
@@ -142,11 +143,6 @@ def _assemble(
         track[len(track) - over :] += share * (numbers[:over] - track[len(track) - over :])
         track = np.concatenate([track, numbers[over:]])
     return track[:frames], shown
-
-
-def _distance(now: float, at: float, period: float) -> float:
-    """Return the seconds between two moments, around a loop of ``period`` seconds if that is not 0."""
-    return min((now - at) % period, (at - now) % period) if period else abs(now - at)
 
 
 def _varied(numbers: np.ndarray, rng: np.random.Generator) -> np.ndarray:

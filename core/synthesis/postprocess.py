@@ -11,6 +11,7 @@ from ..meaning import document, gesture_blending, gesture_selection
 from ..motion import hand_channels, rest, skeleton
 from ..motion.face import RATE, Face
 from ..motion.hands import Hands
+from ..motion.interpolation import true_runs
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
 from ..provenance import stated
@@ -29,6 +30,8 @@ VERSION = 1
 """Version of the provenance written into every motion."""
 _MIN_CALM = 1e-3
 """Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
+_WAITS = 3.0
+"""Seconds of whole rest from which on who is silent waits as a listener does."""
 _MARKED = 0.6
 """Seconds beside a word with a mark in which a low rate spares nothing."""
 
@@ -39,6 +42,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
     request, meta = performers.request, _meta(checkpoint, performers.request, heard, performers)
     pose, size = performers.rest(heard.frames), curves.sample(request, "intensity", heard.frames)
     still = rest.RestBlend.of(heard.activity, request.starts_at_rest)
+    waits = heard.others is not None or max(np.diff(true_runs(still.weight > 0.99)), default=0) > _WAITS * skeleton.FPS
     kept = kept_frames(request, heard.frames)
     # Only networks that were trained with meanings get gestures of the vocabulary.
     vocabulary, occasions = heard.shows if checkpoint.meanings else None, wanted_gestures(request, heard)[0]
@@ -51,16 +55,17 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
         shown = gesture_selection.choose_gestures(vocabulary, heard.words, *asked, occasions) if vocabulary else []
         which = gesture_blending.arms_of_gestures(drawn, shown)
         directions = hints.apply_hints(gesture_blending.blend_gestures(drawn, shown, which), heard.wishes, pose)
-        home = pose
+        home, answers = pose, []
         if shown:
             about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
         if heard.others is not None:
             said = heard.others.phrases, still.weight, request.keyed_seed + take, heard.others.words
             answers = listener_response.draw_responses(*said)
+            about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
+        if waits:
             body = listener_response.listen(heard.frames, answers, _name(performers), request.keyed_seed + take)
             home = pose + body[:, :27].reshape(-1, 9, 3)
             numbers = None if numbers is None else numbers + still.weight[:, None] * (body[:, 27:] - numbers)
-            about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
         directions = still.live(directions, home, request.keyed_seed + take)
         straight = directions
         directions = listener_response.turn_head_toward(directions, side, None if heard.others is None else heard.others.share)

@@ -63,6 +63,14 @@ def test_who_listens_lives_and_answers(session, examples):
     assert not np.allclose(made[0].directions, made[1].directions, atol=0.01), "another seed waits otherwise"
 
 
+def test_a_long_silence_in_a_talk_lives(session, speech, tmp_path):
+    said, pause = speech[: 3 * audio.SAMPLE_RATE], np.zeros(9 * audio.SAMPLE_RATE, np.float32)
+    write_wav(tmp_path / "pause.wav", np.concatenate([said, pause, said]))
+    motion = session.synthesize(Request(tmp_path / "pause.wav", seed=1)).motions[0]
+    arms = turning(motion, [4, 5, 7, 8])[6 * 15 : 11 * 15]
+    assert 0.02 < np.mean(arms) < 0.3 and arms.min() > 0.005 and "listens" not in motion.meta
+
+
 def test_two_recordings_take_turns(session, dialogue):
     anna, bert = dialogue
     one = session.synthesize(Request(anna, seed=1, hears=bert)).motions[0]
