@@ -14,7 +14,7 @@ from ..translations import translate, translate_error
 from .bases import Button, OperatorResult
 from .views import frame_view, show_range
 
-VOICE = Path(__file__).parents[2] / "core" / "assets" / "hello.mp3"
+VOICE = Path(__file__).parents[2] / "core" / "assets" / "hello.wav"
 """The example recording; its transcript is beside it."""
 _GAP = 1.0
 """Metres between the person and the meshes that are in the scene already."""

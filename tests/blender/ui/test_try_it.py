@@ -21,13 +21,12 @@ def empty(extension, monkeypatch):
 
 
 def test_the_example_is_there_with_its_words():
-    assert try_it.VOICE.is_file() and try_it.VOICE.stat().st_size < 100_000
+    assert try_it.VOICE.is_file() and try_it.VOICE.stat().st_size < 500_000
     assert os.path.basename(sources.transcript_beside(str(try_it.VOICE))) == "hello.txt"
-    assert wavefile.read_header(try_it.VOICE) is None
+    assert wavefile.read_header(try_it.VOICE) is not None  # builds of Blender without a sound system read WAV alone
 
 
 def test_one_press_gestures_with_sound(empty):
-    pytest.importorskip("aud", reason="this bpy comes without Blender's sound system")
     assert "s2ag.try_it" in drawn()
     press(bpy.ops.s2ag.try_it)
     human = bpy.context.active_object
