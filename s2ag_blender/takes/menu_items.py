@@ -94,7 +94,7 @@ def can_blend(settings: Any) -> bool:
     return settings.style != RANDOM and not is_written(settings)
 
 
-ROOM = 206
+ROOM = 204
 """Width of a line of text beside its icon in a sidebar of the default width (280 pixels), in pixels of Blender's font."""
 _FONT_POINTS = 11
 
