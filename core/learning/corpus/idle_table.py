@@ -31,7 +31,7 @@ LISTENERS: dict[str, tuple[str, slice]] = {
     "f_listen_6": ("f_gestic_listen_accept_05", slice(None)),
     **{
         f"{one[0]}_{one[2:]}": (f"{one[0]}_gestic_listen_{one[2:]}", slice(None))
-        for one in ("f_accept_01", "f_accept_02", "f_accept_03", "m_accept_01", "m_accept_02", "m_accept_03", "m_accept_04")
+        for one in ("f_accept_01", "f_accept_02", "f_accept_03", "m_accept_01", "m_accept_02", "m_accept_04")
         + ("f_deny_01", "f_deny_02", "f_deny_03", "m_deny_01", "m_deny_02")
     },
 }
