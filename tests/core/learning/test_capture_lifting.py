@@ -76,5 +76,5 @@ def test_arms_of_lessons_turn_with_their_hands():
     hands = Hands.of(knuckles, np.tile([0.0, 1.0, 0.1], (20, 2, 1)), np.zeros((20, 2, 12)))
     turned = lessons._turned(Motion(directions, hands=hands), np.random.default_rng(1))
     assert np.allclose(np.linalg.norm(turned.directions, axis=-1), 1, atol=1e-5)
-    assert np.allclose(turned.hands.knuckles, turned.directions[:, [5, 8]], atol=1e-5)
+    assert turned.hands is not None and np.allclose(turned.hands.knuckles, turned.directions[:, [5, 8]], atol=1e-5)
     assert np.degrees(np.arccos(np.clip((turned.directions * directions).sum(-1), -1, 1)))[:, skeleton.ARM_EDGES].max() > 3
