@@ -72,7 +72,7 @@ def place_gesture(
     seconds = max(form.seconds, forms[0].seconds)
     first, last = int((at - seconds) * skeleton.FPS), int(np.ceil((at + HOLD) * skeleton.FPS))
     if first < 0 or last >= frames:
-        raise UsageError(f"there is no room at {at:.2f} s.", f"Give a time within 0 to {state.motion.duration:.1f} s.")
+        raise UsageError(f"there is no room at {at:.2f} s.", "Choose a time farther from beginning and end.")
     place = frame_ranges.range_around(others, first, last, frames)
     overlays = [_Overlay(one, at, hand, place, state.held) for one in (form, forms[0])]
     usual: dict[str, float] = {}

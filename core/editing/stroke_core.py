@@ -59,7 +59,7 @@ def core_at(motion: Motion, gesture: Gesture, to: float, trunk: bool = False) ->
     start, stop = gesture.stroke * fps - 1, min(gesture.release, gesture.hold + _HOLD_SECONDS) * fps + 1
     first, last = int(np.ceil(start + shift)), int(np.floor(stop + shift))
     if first < 1 or last > frames - 2:
-        raise UsageError(f"There is no room for a gesture at {to:.2f} s.", f"Give a time within 0 to {motion.duration:.1f} s.")
+        raise UsageError(f"There is no room for a gesture at {to:.2f} s.", "Choose a time farther from beginning and end.")
     part = motion.at(np.arange(first, last + 1) - shift, fps)
     directions = part.directions.copy()
     if not trunk:

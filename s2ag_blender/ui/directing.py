@@ -108,13 +108,13 @@ class Formed(Directing):
     )
 
     def draw(self, context: Context) -> None:
+        self.layout.use_property_split = True
         for name in ("kind", "hand", "size"):
             self.layout.prop(self, name)
 
     def form(self) -> dict[str, Any]:
         """Return what was chosen, without what is to be left as it is."""
-        options: dict[str, Any] = {name: getattr(self, name) for name in ("kind", "hand")}
-        options = {name: value for name, value in options.items() if value != "keep"}
+        options: dict[str, Any] = {name: value for name in ("kind", "hand") if (value := getattr(self, name)) != "keep"}
         return options | ({"size": round(self.size, 3)} if abs(self.size - 1) > 1e-3 else {})
 
 
