@@ -6,10 +6,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..motion.skeleton import MEAN
+from ..motion.skeleton import ARMS, FPS, MEAN
+from ..smoothing import gaussian
 
 _SALT = 0xF10
 _POSE = MEAN.size
+_ARMS = np.concatenate([3 * edge + np.arange(3) for arm in ARMS for edge in arm])
+_BANDS = (4 / 3, 4 / 15)
+"""Seconds: standard deviations of the Gaussians that part an arm's numbers at 0.1 and 0.5 Hz."""
+BEYOND = math.ceil(4 * _BANDS[0] * FPS)
+"""Frames to each side on which a number in bands depends."""
 _BLOCK = 256
 """Frames that share a generator, so that any part of an hour is at hand without what comes before it."""
 
@@ -31,6 +37,15 @@ def noise(
         others = _blended((seed, take, *path), who, start, stop, size, salt)
         numbers = np.float32(np.cos(angle)) * numbers + np.float32(np.sin(angle)) * others
     return numbers
+
+
+def in_bands(numbers: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Scale numbers ``(frames, size)`` by ``(frames, size, 3)`` in three bands of time: where hands live, how they get about,
+    and what is quicker, beats. Bands are split for arms alone; all else has the third scale."""
+    result, own, factors = numbers * scale[..., 2], numbers[:, _ARMS], scale[:, _ARMS]
+    place, way = (gaussian(own, seconds * FPS).astype(np.float32) for seconds in _BANDS)
+    result[:, _ARMS] += place * (factors[..., 0] - factors[..., 1]) + way * (factors[..., 1] - factors[..., 2])
+    return result
 
 
 def uniform(numbers: np.ndarray) -> np.ndarray:

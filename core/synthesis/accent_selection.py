@@ -20,32 +20,25 @@ from a stroke's begin to its emphasis and from there to its end."""
 CONTROLS = RATE, HAND, AROUSAL = ("rate", "hand", "arousal")
 """Controls that the answers follow."""
 
-_SALT, _PAUSES = 0xACC, 0xACD
-_ASKED, _PASSED = 0.85, 0.8
-"""Share of the performer's strokes that are asked for, and of the other accents that get none. At 1 for both, seeds
-are no farther apart, and gestures follow the voice less."""
+_SALT = 0xACC
+_ASKED, _PASSED = 0.6, 0.8
+"""Share of the performer's strokes that are asked for, and of the other accents that get none."""
 _STRETCH = 8.0
 """Seconds over which a performer's rate is kept."""
 _STRONG, _MAIN = 2.0, 0.3
 """Weight of an accent's strength beside a Gumbel number, and what being its phrase's main accent adds to the strength."""
-_SMALLER, _LOUD, _ANY_HAND, _VARIED = 0.65, 1.0, 0.2, 0.5
+_SMALLER, _LOUD, _VARIED = 0.5, 1.0, 0.5
 """Factor from sizes of the corpus's strokes, which are the larger movements of its talk, to sizes asked for, how far strength
-changes a size, the share of strokes for which any hand will do, and the share of the taste's spread of sizes."""
+changes a size, and the share of the taste's spread of sizes."""
 _AFTER, _AROUND, _BETWEEN, _APART = 0.14, 0.3, 0.1, 0.3
 """Seconds: emphasis after the accent's peak, to each side of an accent that gets no stroke, between two strokes, and from an
 accent without a stroke to one with."""
 _RATE_OCTAVES, _RATE_AROUSAL, _SIZE_AROUSAL = 1.2, 0.6, 0.4
 """Octaves that the control of rate adds to strokes a minute, and those that arousal adds to rate and size, as in the corpus."""
-_MIN_HAND = 0.25
-"""Control of the hand below which nothing is changed, as in the corpus."""
-_WEAK, _LEVEL, _LOUDER = 0.2, 0.25, 0.7
-"""How much likelier weak accents get no stroke; what 10 dB over the voice's mean add to a strength, and in octaves to the size
-of a stroke."""
+_LEVEL, _LOUDER = 0.25, 0.7
+"""What 10 dB over the voice's mean add to an accent's strength, and in octaves to the size of a stroke."""
 _EARLY, _LATE = 0.15, 0.1
 """Seconds by which a stroke may come before or after its place at the accent, as chance has it."""
-_QUIET_PAUSES, _MIN_PAUSE, _RISING = 0.8, 0.1, 0.1
-"""Share of the pauses between phrases that are asked to be without strokes, the shortest one in seconds, and the seconds before
-the next phrase in which hands may rise again."""
 _MAX_FACT = 600
 """Upper bound of a valid number of a taste."""
 _MIN_SHARE = 0.2
@@ -87,11 +80,9 @@ def accent_channels(
     rank = np.searchsorted(np.sort(strength), strength) / max(len(time) - 1, 1)
     strokes = _strokes(time[chosen], rank[chosen], taste_at[chosen], numbers[chosen, 2], chance[chosen, 3])
     strokes[:, 1:4] += (_LATE - (_EARLY + _LATE) * chance[chosen, 5])[:, None]
-    chance_of_none = _PASSED * (1 + _WEAK * (1 - 2 * rank))
-    without = (chance[:, 4] < chance_of_none) & (constraints.distance_to(time, time[chosen]) > _APART)
+    without = (chance[:, 4] < _PASSED) & (constraints.distance_to(time, time[chosen]) > _APART)
     beside = _AROUND * np.exp2(-np.asarray(controls["rate"], float)[without])
-    around = np.stack([time[without] - beside, time[without] + beside], axis=1)
-    still = np.concatenate([around, _quiet_pauses(rhythm.phrases, key)])
+    still = np.stack([time[without] - beside, time[without] + beside], axis=1)
     return stroke_requests.encode_requests(_outside(strokes, 1, 3, taken), _outside(still, 0, 1, taken), frames)
 
 
@@ -102,19 +93,12 @@ def right_leads(tastes: np.ndarray, wishes: Mapping, frames: int) -> np.ndarray:
     return (right - left) / (left + right + both)
 
 
-def _quiet_pauses(phrases: np.ndarray, key: tuple) -> np.ndarray:
-    """Draw the pauses between phrases, ``(n, 2)`` in seconds, in which no stroke is asked for."""
-    pauses = np.stack([phrases[:-1, 1], phrases[1:, 0] - _RISING], axis=1)
-    chance = uniform(noise(key[0], key[1], 0, len(pauses) + 1, 1, key[2], _PAUSES))[:-1, 0]
-    return pauses[(chance < _QUIET_PAUSES) & (np.ptp(pauses, axis=1) > _MIN_PAUSE) & (pauses[:, 1] > pauses[:, 0])]
-
-
 def _adapt_to_controls(tastes: np.ndarray, wishes: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return tastes ``(n, 8)`` changed by the controls ``(n,)``."""
     result = tastes.copy()
     result[:, 0] *= np.exp2(_RATE_OCTAVES * wishes[RATE] + _RATE_AROUSAL * wishes[AROUSAL])
     result[:, 1] *= np.exp2(_SIZE_AROUSAL * wishes[AROUSAL])
-    hand = np.where(np.abs(wishes[HAND]) < _MIN_HAND, 0, wishes[HAND])
+    hand = np.asarray(wishes[HAND])
     result[:, 3] *= 1 - np.maximum(hand, 0)
     result[:, 4] *= 1 + np.minimum(hand, 0)
     result[:, 5] *= 1 - np.abs(hand)
@@ -157,7 +141,6 @@ def _strokes(time: np.ndarray, rank: np.ndarray, taste: np.ndarray, spread: np.n
     """Return beats ``(n, 7)`` (:data:`stroke_requests.COLUMNS`); ``rank`` and ``which`` are 0..1, ``spread`` is normal."""
     sizes = _SMALLER * taste[:, 1] * np.exp(_VARIED * taste[:, 2] * spread) * np.maximum(1 + _LOUD * (2 * rank - 1), _MIN_SHARE)
     hands = taste[:, 3:6] / taste[:, 3:6].sum(axis=1, keepdims=True)
-    hands = np.where(hands.min(axis=1, keepdims=True) > 0, (1 - _ANY_HAND) * hands + _ANY_HAND / 3, hands)
     hand = (which[:, None] > np.cumsum(hands, axis=1)[:, :2]).sum(axis=1)
     emphasis, none = time + _AFTER, np.zeros(len(time))
     return np.stack([none, emphasis - taste[:, 6], emphasis, emphasis + taste[:, 7], none, hand, sizes], axis=1)

@@ -101,7 +101,9 @@ def _assemble(
     sound, other, theirs = sounds
     words, wishes = said.words, hints.parse_hints(said.marks, said.words)
     wishes, style_warnings = _known_styles(wishes, session.checkpoint.speakers, session.checkpoint.hash)
-    warnings = said.warnings + _unknown(wishes) + style_warnings
+    names = ", ".join(f"{{{name}}}" for name in wishes.unknown[:3])
+    strange = [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
+    warnings = said.warnings + (strange if names else []) + style_warnings
     unheard = not words or session.checkpoint.config.words
     vectors = None if unheard else stages.run("load word vectors", lambda: session.vectors)
     frames = max(int(len(sound) / audio.SAMPLE_RATE * skeleton.FPS), 2)
@@ -183,13 +185,6 @@ def _other_voice(other: np.ndarray, activity: np.ndarray, words: Sequence) -> Ot
     from ..sound import audio
 
     return OtherVoice(prosody.analyse(other).phrases, 1 - np.clip(activity, 0, 1), audio.digest(other), words)
-
-
-def _unknown(wishes: hints.HintEffects) -> list[str]:
-    if not wishes.unknown:
-        return []
-    names = ", ".join(f"{{{name}}}" for name in wishes.unknown[:3])
-    return [f"The transcript's hint {names} is not one that gestures know; it is left out (docs/transcripts.md lists them)."]
 
 
 def _known_styles(wishes: hints.HintEffects, speakers: list[dict], weights: str) -> tuple[hints.HintEffects, list[str]]:

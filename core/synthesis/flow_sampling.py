@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import Cancelled
 from ..model.mfcc_timing import PHASE_PERIOD
-from ..model.noise import noise
+from ..model.noise import BEYOND, in_bands, noise
 from ..motion import hand_channels, skeleton
 from ..threads import parallel_map
 from . import hand_synthesis
@@ -36,8 +36,8 @@ def sample(
     ``network`` is a :class:`NumpyNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
     ``asked`` ``(takes, frames, 7)`` are the strokes asked of each performer's takes (:mod:`stroke_requests`), None for none.
     Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` has for each performer
-    ``(frames, 10)`` that scale the noise of the directions and of hands: below 1 all is nearer to what is usual. ``tempo``
-    warps time; all else is in frames of the recording."""
+    ``(frames, 10, 3)``, scales of the noise of directions and hands in bands: below 1 all is nearer to what is usual.
+    ``tempo`` warps time; all else is in frames of the recording."""
     scales = [None] * len(cast) if lively is None else lively
     plans = [_Plan(network, *each, frames, tile, tempo) for each in zip(cast, asked, scales, strict=True)]
     drawings = (2 if network.config.extras else 1) * sum(len(plan.tiles) * len(plan.performers.latents) for plan in plans)
@@ -65,7 +65,7 @@ class _Plan:
         self.network, self.performers, self.asked, self.tempo = network, performers, asked, tempo
         self.kept = self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.varies else 1)
-        scale = performers.chance(frames)[:, None] * (np.ones((1, 10)) if lively is None else lively)
+        scale = performers.chance(frames)[:, None, None] * (np.ones((1, 10, 3)) if lively is None else lively)
         self.lively = scale[:, np.minimum(np.arange(network.noise_size) // 3, 9)].astype(np.float32)
         if tempo is not None:
             self.mask, self.poses = tempo.given(*self.kept)
@@ -101,8 +101,9 @@ class _Plan:
         """Draw a take's frames of one tile into the ``wholes``."""
         start, stop, low, high = place
         request = self.performers.request
-        drawn = noise(request.keyed_seed, request.identities[row], low, high, self.network.noise_size, self.performers.who)
-        drawn = drawn * _cut(self.lively, low, high)
+        first, last = max(low - BEYOND, 0), high + BEYOND
+        drawn = noise(request.keyed_seed, request.identities[row], first, last, self.network.noise_size, self.performers.who)
+        drawn = in_bands(drawn, _cut(self.lively, first, last))[low - first : high - first]
         if self.asked is not None:
             heard = self.network.told(heard, _cut(self.asked[row], low, high))
         style = self.styles[row] if self.styles.ndim == 2 else _cut(self.styles[row], low, high)

@@ -15,10 +15,14 @@ _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
 _CALMER = 0.3
 """... and by this share at an arousal of -1: chance has most of the arms' movement, and calm bodies are to have little."""
-_OTHER_HAND, _LEADING_HAND = 0.3, 0.2
+_OTHER_HAND, _LEADING_HAND = 0.4, 0.2
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
 _CHANCE = np.array([1.0, 0.7, 0.7, 1.0, 1.02, 1.02, 1.0, 1.02, 1.02, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
+
+_PLACES, _WAYS, _BEATS = 1.35, 0.84, 1.0
+"""... and of arms in bands (:func:`noise.in_bands`): people stay longer where their hands live, get about in smaller ways, and
+beat more; the least that both hands have for beats, whichever leads."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -101,14 +105,16 @@ def _asked_strokes(
 
 
 def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mapping) -> np.ndarray:
-    """Return the scale of the noise of each direction and of hands ``(frames, 10)``: smaller in silence, as people's waiting
+    """Return the scale of the noise of each direction and of hands ``(frames, 10, 3)`` in bands: smaller in silence, as waiting
     hands are less various, where arousal, a number or ``(frames,)``, is low, and for the arm that leads less."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
-    scale = (quiet * (1 + _CALMER * np.minimum(wishes[accent_selection.AROUSAL], 0)))[:, None] * _CHANCE
-    if tastes is not None:
-        right = accent_selection.right_leads(tastes, wishes, len(activity))
-        for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
-            scale[:, arm] *= 1 - (np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other)[:, None]
+    usual = quiet * (1 + _CALMER * np.minimum(wishes[accent_selection.AROUSAL], 0))
+    scale = np.repeat((usual[:, None] * _CHANCE)[..., None], 3, axis=2)
+    right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes, len(activity))
+    for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
+        own = 1 - np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other
+        scale[:, arm] *= (own[..., None] * [_PLACES, _WAYS, 1.0])[:, None]
+        scale[:, arm, 2] = np.maximum(scale[:, arm, 2], _BEATS * usual[:, None])
     return scale
 
 

@@ -153,14 +153,6 @@ def test_louder_words_have_larger_answers(ask):
     assert (loud[there, 5] > soft[there, 5]).all()
 
 
-def test_most_pauses_are_told_to_be_without_strokes(ask, monkeypatch):
-    monkeypatch.setattr(accent_selection, "_PASSED", 0.0)  # what is around accents that pass reaches into pauses
-    channels = ask()
-    inside = [range(int((end + 0.1) * 15), int((end + 0.25) * 15)) for end in PHRASES[:-1, 1]]
-    told = [channels[list(frames), 0].all() for frames in inside]
-    assert 0.6 < np.mean(told) < 1
-
-
 def test_words_on_a_recording_without_a_voice_ask_for_nothing():
     """Accents that only the words have stand in no phrase."""
     accents = tuple(Accent(time, 0.5, False, 0, word) for word, time in enumerate((0.5, 1.5)))
