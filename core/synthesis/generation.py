@@ -20,7 +20,7 @@ _OTHER_HAND, _LEADING_HAND = 0.4, 0.2
 _CHANCE = np.array([1.0, 0.7, 0.7, 1.0, 1.02, 1.02, 1.0, 1.02, 1.02, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
 
-_PLACES, _WAYS, _BEATS = 1.35, 0.84, 1.0
+_PLACES, _WAYS, _BEATS = 1.32, 0.9, 1.0
 """... and of arms in bands (:func:`noise.in_bands`): people stay longer where their hands live, get about in smaller ways, and
 beat more; the least that both hands have for beats, whichever leads."""
 
