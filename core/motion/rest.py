@@ -40,15 +40,15 @@ def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.n
 def settle_weight(activity: np.ndarray, fps: float = skeleton.FPS, at_rest: bool = True) -> np.ndarray:
     """Return the weight of the rest pose ``(frames,)`` in 0..1, from voice activity ``(frames,)`` in 0..1.
 
-    Pauses shorter than :data:`SETTLE_AFTER` are left to the network. A silence at the very start is rest from its first
-    frame if ``at_rest``, otherwise the hands sink as in any other pause. The weight has a continuous slope everywhere."""
+    Pauses shorter than :data:`SETTLE_AFTER` are left to the network. If ``at_rest`` the first frame is rest, which even
+    speech from there on leaves over :data:`RAISE_TIME`. The weight has a continuous slope everywhere."""
     frames = len(activity)
-    weight = np.zeros(frames)
+    weight = at_rest * _smooth(1 - np.arange(frames) / fps / RAISE_TIME)
     for start, end in true_runs(activity < 0.5).tolist():
         time = np.arange(start, end)
         sink = (time - start) / fps - SETTLE_AFTER if start or not at_rest else np.full(len(time), SETTLE_TIME)
         rise = (end - time) / fps if end < frames else np.full(len(time), RAISE_TIME)
-        weight[start:end] = _smooth(sink / SETTLE_TIME) * _smooth(rise / RAISE_TIME)
+        weight[start:end] = np.maximum(weight[start:end], _smooth(sink / SETTLE_TIME) * _smooth(rise / RAISE_TIME))
     return weight
 
 

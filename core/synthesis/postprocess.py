@@ -43,13 +43,14 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
     pose, size = performers.rest(heard.frames), curves.sample(request, "intensity", heard.frames)
     still = rest.RestBlend.of(heard.activity, request.starts_at_rest)
     waits = heard.others is not None or max(np.diff(true_runs(still.weight > 0.99)), default=0) > _WAITS * skeleton.FPS
-    kept = kept_frames(request, heard.frames)
+    kept, leaves = kept_frames(request, heard.frames), still.weight[0] * rest.settle_weight(np.ones(heard.frames))[:, None]
     # Only networks that were trained with meanings get gestures of the vocabulary.
     vocabulary, occasions = heard.shows if checkpoint.meanings else None, wanted_gestures(request, heard)[0]
     side = -request.toward if request.mirror else request.toward
 
     def expressed(one: tuple) -> Motion:
         (take, near), drawn, numbers = one
+        numbers = None if numbers is None else numbers + leaves * (numbers[:1] - numbers)  # hands that hang
         about = {**meta, "take": take, **({"near": [list(step) for step in near]} if near else {})}
         asked = heard.wishes.gestures, request.meaning * performers.readiness, (request.keyed_seed, take)
         shown = gesture_selection.choose_gestures(vocabulary, heard.words, *asked, occasions) if vocabulary else []
@@ -66,9 +67,8 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
             body = listener_response.listen(heard.frames, answers, _name(performers), request.keyed_seed + take)
             home = pose + body[:, :27].reshape(-1, 9, 3)
             numbers = None if numbers is None else numbers + still.weight[:, None] * (body[:, 27:] - numbers)
-        directions = still.live(directions, home, request.keyed_seed + take)
-        straight = directions
-        directions = listener_response.turn_head_toward(directions, side, None if heard.others is None else heard.others.share)
+        straight = still.live(directions, home, request.keyed_seed + take)
+        directions = listener_response.turn_head_toward(straight, side, None if heard.others is None else heard.others.share)
         directions, spared = _spared(request, heard, pose, about, rest.scale_amplitude(directions, size, pose), kept)
         directions = refine.refine(directions, kept)
         hands = _hands(request, performers, take, (drawn, numbers), directions, spared)

@@ -31,15 +31,22 @@ def test_hands_come_to_rest_in_a_long_silence_and_are_back_before_speech():
 def test_short_pauses_are_left_to_the_network():
     activity = np.ones(200)
     activity[100 : 100 + int(rest.SETTLE_AFTER * FPS)] = 0
-    assert rest.settle_weight(activity).max() == 0
+    assert rest.settle_weight(activity)[10:].max() == 0 == rest.settle_weight(activity, at_rest=False).max()
 
 
 def test_settling_is_smooth():
     activity = np.ones(300)
     activity[50:150] = 0
     weight = rest.settle_weight(activity)
-    assert weight[:50].max() == weight[150:].max() == 0 and weight.max() == 1
+    assert weight[10:50].max() == weight[150:].max() == 0 and weight.max() == 1
     assert np.abs(np.diff(weight, 2)).max() < 0.12
+
+
+@pytest.mark.parametrize("silence", [0, 3, 7, 20])
+def test_speech_leaves_rest_without_a_jump_even_from_the_first_frame(silence):
+    weight = rest.settle_weight(np.arange(60) >= silence)
+    assert weight[0] == 1 and weight[max(silence, int(rest.RAISE_TIME * FPS)) + 1 :].max() == 0
+    assert -np.diff(weight).min() < 0.26 and weight[1] > 0.97
 
 
 def test_a_silent_clip_rests_from_the_first_frame_to_the_last_yet_no_frame_is_frozen():
