@@ -34,8 +34,9 @@ def test_one_press_gestures_with_sound(empty):
     assert human.type == "ARMATURE" and action.frame_range[1] > 300 and empty.frame_end >= action.frame_range[1]
     keyed = {curve.data_path.split('"')[1] for curve in compat.curves(action)}
     assert {name for name in keyed if "finger" in name}, sorted(keyed)
-    (strip,) = compat.sequencer_strips(empty.sequence_editor)
-    assert strip.type == "SOUND" and compat.strip_start(strip) == empty.frame_start
+    strips = compat.sequencer_strips(empty.sequence_editor)
+    sounds = bpy.app.build_options.audaspace  # a bpy without Blender's sound system has the gestures alone
+    assert [(strip.type, compat.strip_start(strip)) for strip in strips] == [("SOUND", empty.frame_start)] * sounds
     assert human.s2ag.takes and engine_requests.engine(bpy.context).ships
 
 
