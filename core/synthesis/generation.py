@@ -19,10 +19,9 @@ _OTHER_HAND, _LEADING_HAND = 0.4, 0.2
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
 _CHANCE = np.array([1.0, 0.7, 0.7, 1.0, 1.02, 1.02, 1.0, 1.02, 1.02, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
-
-_PLACES, _WAYS, _BEATS = 1.32, 0.9, 1.0
-"""... and of arms in bands (:func:`noise.in_bands`): people stay longer where their hands live, get about in smaller ways, and
-beat more; the least that both hands have for beats, whichever leads."""
+_BANDS = np.array([1.32, 0.9, 1.0])
+"""... and of an arm in each band (:func:`noise.in_bands`): people stay longer where their hands live, and get about in smaller
+ways. For beats both hands have the usual chance at least, whichever leads: with less they beat too seldom."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -113,8 +112,8 @@ def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mappin
     right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes, len(activity))
     for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
         own = 1 - np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other
-        scale[:, arm] *= (own[..., None] * [_PLACES, _WAYS, 1.0])[:, None]
-        scale[:, arm, 2] = np.maximum(scale[:, arm, 2], _BEATS * usual[:, None])
+        scale[:, arm] *= (own[:, None] * _BANDS)[:, None]
+        scale[:, arm, 2] = np.maximum(scale[:, arm, 2], usual[:, None])
     return scale
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...files import atomic_file
-from ...motion import skeleton
+from ...motion import quaternion, skeleton
 from ...motion.hands import Hands
 from ...motion.motion import Motion
 from ...motion.skeleton import FPS
@@ -132,8 +132,7 @@ def _turned(motion: Motion, random: np.random.Generator) -> Motion:
 def _rotation(random: np.random.Generator, spread: float) -> np.ndarray:
     """Return a rotation about any axis."""
     axis, angle = skeleton.normalize(random.normal(size=3)), np.radians(random.normal(0, spread))
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return quaternion.to_matrix(quaternion.about(axis, angle))
 
 
 def _file(folder: Path, number: int) -> Path:

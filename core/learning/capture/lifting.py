@@ -14,8 +14,8 @@ from ...motion import skeleton
 from ...smoothing import gaussian
 from . import body, hands, weights
 from .landmarks import Landmarks
+from .viewpoint import MIRROR
 
-MIRROR = np.array([-1.0, 1.0, 1.0])
 POINTS = slice(11, 25)
 """Points of the body that are features: shoulders to hips, left and right in turn."""
 _OTHER = [1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12]

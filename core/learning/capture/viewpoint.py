@@ -11,7 +11,7 @@ SHOULDERS, HIPS = (11, 12), (23, 24)
 _POINTS = (0, 3, 6, 7, 8, 9, 10, 11, 12, 23, 24, 25, 26, 13, 14)
 _MIRRORED = (0, 2, 1, 4, 3, 6, 5, 8, 7, 10, 9, 12, 11, 14, 13)
 _FACE_MIRRORED = (0, 1, 3, 2, 4, 6, 5, 7, 8, 10, 9)
-_MIRROR = np.array([-1.0, 1.0, 1.0])
+MIRROR = np.array([-1.0, 1.0, 1.0])
 _RIDGE = 0.1
 """Share of the variance of a feature that is added to it."""
 
@@ -43,7 +43,7 @@ def features(found: Landmarks) -> tuple[np.ndarray, np.ndarray]:
     there = np.isfinite(face).all((1, 2))
     face = np.nan_to_num(face) - np.nan_to_num(face).mean(1, keepdims=True)
     face = face / np.maximum(np.linalg.norm(face, axis=-1).mean(1), 1e-6)[:, None, None] * there[:, None, None]
-    mirrored = deep[:, _MIRRORED] * _MIRROR, flat[:, _MIRRORED] * _MIRROR[:2], face[:, _FACE_MIRRORED] * _MIRROR
+    mirrored = deep[:, _MIRRORED] * MIRROR, flat[:, _MIRRORED] * MIRROR[:2], face[:, _FACE_MIRRORED] * MIRROR
     return _joined((deep, flat, face), there), _joined(mirrored, there)
 
 
