@@ -16,6 +16,9 @@ pytestmark = pytest.mark.slow
 
 START, FIRST, LAST, END = 5, 80, 150, 215
 """Frames of a recording of nine seconds, and of the three seconds of it that are made anew."""
+LAID = 5.0
+"""Degrees within a frame that an arm may go where a piece begins or ends without being blended: frames before it are read
+from the rig, the piece is laid over them, and the two differ by up to 3 degrees; other poses lie 20 and more apart."""
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +85,7 @@ def test_a_piece_flows_out_of_the_take_and_back_into_it(take, speaker, blend):
     assert angles[6:-6].max() > 5, "the piece is what was there"
     (speed, change), (usual_speed, usual_change) = speeds(arms(speaker, whole)), own
     for join in (FIRST - START, LAST - START):
-        # Blended or not, it goes no faster there than the take does; without, laying it can be some degrees off what is read.
-        assert speed[join - 2 : join + 2].max() <= usual_speed.max()
+        assert speed[join - 2 : join + 2].max() <= (usual_speed.max() if blend else LAID)
         assert not blend or change[join - 3 : join + 2].max() <= usual_change.max()
 
 
