@@ -82,7 +82,8 @@ def families() -> tuple[Family, ...]:
     return tuple(_parse_family(json.loads(path.read_text("utf-8"))) for path in files)
 
 
-def detect(names: Collection[str]) -> Shapes | None:
+@functools.lru_cache(maxsize=8)  # the panel asks at every redraw
+def detect(names: tuple[str, ...]) -> Shapes | None:
     """Return the shape keys of the family that expresses most with keys of these ``names``; None if no mouth can speak."""
     candidates = [shapes for family in families() if (shapes := _match(family, names)) is not None]
     return max(candidates, key=_score, default=None)

@@ -35,7 +35,7 @@ def find(armature: ArmatureObject, mapping: Mapping | None = None, look: bool = 
 
     ``mapping`` is that of its body, if known. Without ``look`` (for drawing) cached bones are used."""
     blocks, chosen = keys(armature), facemaps.read_face_map(armature)
-    face = chosen or shapes.detect({block.name: None for key in blocks for block in key.key_blocks}.keys())
+    face = chosen or shapes.detect(tuple(block.name for key in blocks for block in key.key_blocks))
     parts = _parts(armature, chosen, mapping, look)
     used = face_bones.needed_parts(parts, None if chosen is None and face is None else face)
     if face is None and "jaw" not in used:

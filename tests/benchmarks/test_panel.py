@@ -28,11 +28,11 @@ DRAW, REGISTER = 0.002, 0.100
 
 
 @pytest.fixture
-def figure():
-    """A mannequin with twenty takes, layers and words: every panel is full."""
+def figure(request):
+    """A mannequin, or who is asked for, with twenty takes, layers and words: every panel is full."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     s2ag.register()
-    bpy.ops.s2ag.add_mannequin()
+    getattr(bpy.ops.s2ag, getattr(request, "param", "add_mannequin"))()
     armature = bpy.context.active_object
     for number in range(20):
         take = armature.s2ag.takes.add()
@@ -46,7 +46,9 @@ def figure():
     s2ag.unregister()
 
 
+@pytest.mark.parametrize("figure", ["add_mannequin", "add_human"], indirect=True)
 def test_draw_all_panels(benchmark, figure):
+    """The human has a face, whose shape keys are looked up."""
     benchmark.pedantic(drawn, rounds=200, warmup_rounds=10)
     best, median = benchmark.stats.stats.min, benchmark.stats.stats.median
     print(f"\nall panels: {best * 1000:.2f} ms at best, {median * 1000:.2f} ms median")

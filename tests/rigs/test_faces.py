@@ -9,12 +9,12 @@ from s2ag.core.motion.face import CHANNELS, MOUTH
 from s2ag.rigs.faces import shapes
 
 FAMILIES = {family.name: family for family in shapes.families()}
-OTHERS = ["Basis", "nose wide", "fist", "hat off"]
+OTHERS = ("Basis", "nose wide", "fist", "hat off")
 
 
 def names(family, prefix=""):
     """Keys of a face of this family, by the first of their names."""
-    return [prefix + alike.split("|")[0] for alike in family.keys]
+    return tuple(prefix + alike.split("|")[0] for alike in family.keys)
 
 
 def one(channel, value=1.0):
@@ -25,7 +25,7 @@ def one(channel, value=1.0):
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_every_family_knows_itself_and_says_what_is_missing(name):
-    found = shapes.detect([*OTHERS, *names(FAMILIES[name])])
+    found = shapes.detect((*OTHERS, *names(FAMILIES[name])))
     assert found.family == name and not set(found.keys) & set(OTHERS)
     assert not {"closed lips", "vowels", "blinks", "jaw"} & set(found.missing())
     for part, channels in shapes.PARTS.items():
@@ -44,17 +44,17 @@ def test_families_name_channels_that_exist_and_weights_that_are_ones(name):
 def test_names_as_programs_write_them():
     vroid = shapes.detect(names(FAMILIES["VRoid Studio"], "Face.M_F00_000_00_Fcl_"))
     assert vroid.family == "VRoid Studio" and "Face.M_F00_000_00_Fcl_MTH_A" in vroid.keys
-    vrchat = shapes.detect([f"vrc.v_{name}" for name in ("pp", "ff", "th", "dd", "aa", "e", "ih", "oh", "ou")])
+    vrchat = shapes.detect(tuple(f"vrc.v_{name}" for name in ("pp", "ff", "th", "dd", "aa", "e", "ih", "oh", "ou")))
     assert vrchat.family == "Oculus visemes" and len(vrchat.keys) == 9
-    assert shapes.detect(["JawOpen", "MouthFunnel", "mouth_pucker", "eyeBlinkLeft", "mouthRollLower"]).family == "ARKit 52"
-    assert shapes.detect(["あ", "い", "う", "え", "お", "まばたき"]).family == "MMD"
-    assert shapes.detect(OTHERS) is None and shapes.detect([]) is None
+    assert shapes.detect(("JawOpen", "MouthFunnel", "mouth_pucker", "eyeBlinkLeft", "mouthRollLower")).family == "ARKit 52"
+    assert shapes.detect(("あ", "い", "う", "え", "お", "まばたき")).family == "MMD"
+    assert shapes.detect(OTHERS) is None and shapes.detect(()) is None
 
 
 def test_a_blink_is_one_blink():
-    both = shapes.detect([*names(FAMILIES["VRM expressions"])])
+    both = shapes.detect(names(FAMILIES["VRM expressions"]))
     assert "blink" not in both.keys and {"blinkLeft", "blinkRight"} <= both.keys.keys()
-    single = shapes.detect(["A", "I", "U", "E", "O", "Blink"])
+    single = shapes.detect(("A", "I", "U", "E", "O", "Blink"))
     wink, blink = one("BLINK_LEFT"), one("BLINK_LEFT") + one("BLINK_RIGHT")
     assert single.values(blink)["Blink"] == 1 and single.values(wink)["Blink"] == 0.5
 
