@@ -52,7 +52,7 @@ class ActionBuilder:
 
         A draft reuses its own action. The session_uid of a new action is added to ``made`` at once. Between slices anything
         may happen to Blender's data: the caller must set ``armature`` and ``scene`` again before resuming."""
-        frames, rotations, settings, places, stood = keys
+        frames, rotations, settings, places, stood, _ = keys
         place = self._place(frames)
         base = layers.base_action(self.armature, place.first, place.last, place.piece)
         interpolation = "LINEAR" if self.step == 1 else "BEZIER"

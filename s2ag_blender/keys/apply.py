@@ -46,6 +46,7 @@ def apply_motion_in_slices(
     if step < 1 or int(step) != step:
         raise UsageError(f"A key every {step} frames is not possible.", "Use a whole number of at least 1.")
     reading.require_armature(armature)
+    yield  # what that has imported takes as long as a slice
     scene = scene or current_context().scene
     start = scene.frame_start if start_frame is None else start_frame
     told = {"mapping": mapping, "options": options, "report": report}
@@ -58,8 +59,7 @@ def apply_motion_in_slices(
     every, fps = np.arange(float(start), float(max(keys.frames[-1], keys.frames[0] + 1)) + 1), scene_fps(scene)
     seen = None if motion.meta.get("loops") else faces.end_fade(every, fps)
     if motion.face is not None:
-        body = reading.resolve_mapping(armature, reading.read(armature), mapping)
-        spoken = faces.bone_channels(armature, motion.face, start, every, fps, body, seen)
+        spoken = faces.bone_channels(armature, motion.face, start, every, fps, keys.mapping, seen)
         keyframes.write_channels(compat.bag(action, slot), spoken, every)
     keyframes.store_former_values(action, armature)
     yield
@@ -77,13 +77,14 @@ class Keys(NamedTuple):
     """Scene ``frames`` (keys,), ``rotations`` ``{bone: (keys, 4)}``, or (1, 4) if constant, and ``settings`` by data path.
 
     ``places`` ``{bone: (keys, 3)}`` are locations of the pelvis where the weight shifts; ``stood`` are the pelvis and the
-    bones of the legs."""
+    bones of the legs; ``mapping`` is the one that was used."""
 
     frames: np.ndarray
     rotations: dict[str, np.ndarray]
     settings: dict[str, float]
     places: dict[str, np.ndarray]
-    stood: tuple[str, ...] = ()
+    stood: tuple[str, ...]
+    mapping: Mapping
 
 
 def solve_keys(armature: ArmatureObject, motion: Motion, start: float, **about: Any) -> Keys:
@@ -120,9 +121,10 @@ def solve_keys_in_slices(
     source = _to_take(replace(motion.frames(near), fps=motion.fps / measured), own[near])
     yield
     body = trunk() if trunk else body_shape.read_trunk(armature, bones, mapping)
+    yield
     about = {"scene": scene, "options": options, "tell": tell, "trunk": body}
     solution = yield from solver.solve_in_slices(armature, bones, mapping, source, keys, **about)
-    return Keys(keys.frames, solution.rotations, solution.values, solution.places, solution.stood)
+    return Keys(keys.frames, solution.rotations, solution.values, solution.places, solution.stood, mapping)
 
 
 def scene_fps(scene: bpy.types.Scene) -> float:

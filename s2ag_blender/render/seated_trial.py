@@ -6,7 +6,6 @@ rests, which are meant where a table has it, and, where a ``.blend`` of every mo
 """
 
 import sys
-from collections.abc import Iterator
 
 import bpy
 import numpy as np
@@ -191,7 +190,8 @@ def _measured(sitter: Sitter, job: dict, path: str, table: float) -> dict:
     scene.frame_start, scene.frame_end = 1, int((len(motion.directions) - 1) / motion.fps * job["fps"]) + 1
     figures: dict[str, list[float]] = {f"{part} in {what}": [] for part in PARTS for what in ("thigh", "table", "arm rest")}
     moved = 0.0
-    for thighs, places in _frames(sitter, scene.frame_end):
+    for frame in range(1, scene.frame_end + 1):
+        thighs, places = sitter.depth(frame)
         for part in PARTS:
             figures[f"{part} in thigh"].append(thighs[part])
             solid = table and table != job["rests"]
@@ -200,11 +200,6 @@ def _measured(sitter: Sitter, job: dict, path: str, table: float) -> dict:
             figures[f"{part} in arm rest"].append(sitter.in_rests(places[part], float(hips[2]) + job["rests"]))
         moved = max(moved, float(np.abs(sitter.posed() - before).max()))
     return {"figures": figures, "moved": moved}
-
-
-def _frames(sitter: Sitter, last: int) -> Iterator[tuple[dict[str, float], dict[str, np.ndarray]]]:
-    for frame in range(1, last + 1):
-        yield sitter.depth(frame)
 
 
 def _update() -> None:

@@ -18,8 +18,8 @@ _AT_REST = 1e-4
 """A rotation counts as rest up to this difference (radians, or units of its channels)."""
 
 
-def free_bones(armature: ArmatureObject, ruled: bool = False, posed: bool = False) -> set[str]:
-    """Return the names of bones that nothing but this package's actions turns, at rest or as they left them.
+def free_bones(armature: ArmatureObject, ruled: bool = False, posed: bool = False, among: Collection[str] = ()) -> set[str]:
+    """Return the names of bones (of ``among``, if any) that only this package's actions turn, at rest or as they left them.
 
     Excludes bones that other actions key, that are locked, or that have an active constraint or a driver; ``ruled``
     includes those with constraints and drivers, ``posed`` those that have a pose without keys."""
@@ -30,7 +30,8 @@ def free_bones(armature: ArmatureObject, ruled: bool = False, posed: bool = Fals
     bones = {
         bone.name: posed or bone.name in ours or _rests(bone)
         for bone in armature.pose.bones
-        if bone.name not in theirs
+        if (not among or bone.name in among)
+        and bone.name not in theirs
         and not any(bone.lock_rotation)
         and (ruled or not any(constraint.influence > 0 and not constraint.mute for constraint in bone.constraints))
     }

@@ -48,13 +48,13 @@ def solve_in_slices(
     values = switches(armature, mapping, tell)
     why = why_not_plain(armature, bones, mapping, values)
     seated = find_seat(armature, bones, mapping, options or Options(), trunk)
-    moving, resting = motion.hands is not None or seated is not None, hands.free_bones(armature)
-    free = hands.free_bones(armature, posed=True) if moving else resting
+    moving = motion.hands is not None or seated is not None
+    free = hands.free_bones(armature, posed=moving)
 
     frame = character_frame(bones, mapping.check(bones))
     legs, places, obstacle = None, {}, ""
     if keys.pelvis is not None and seated is None:
-        legs, obstacle = (None, _FEET_SLIP) if why else weight_shift.find_legs(armature, bones, mapping, frame[2], resting)
+        legs, obstacle = (None, _FEET_SLIP) if why else weight_shift.find_legs(armature, bones, mapping, frame[2])
         if legs is None and (why or dependencies.ik_constraints(armature)):
             places = weight_shift.hip_locations(armature, bones, mapping, frame, keys.pelvis, scene=scene, values=values)
         if legs is None and not places:

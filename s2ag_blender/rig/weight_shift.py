@@ -3,8 +3,6 @@
 Plain legs at rest are solved. Legs that keep their feet in place by inverse kinematics, as in control rigs, only need
 their hips moved; a trial on a private copy shows whether that works."""
 
-from collections.abc import Collection
-
 import bpy
 import numpy as np
 
@@ -30,16 +28,16 @@ _LEG_LENGTH, _FOOT_OFFSET = 0.91, 0.04
 """Length of a leg, and sideways distance of a foot from its hip, in hip heights."""
 
 
-def find_legs(
-    armature: ArmatureObject, bones: Bones, mapping: Mapping, up: np.ndarray, free: Collection[str]
-) -> tuple[Legs | None, str]:
+def find_legs(armature: ArmatureObject, bones: Bones, mapping: Mapping, up: np.ndarray) -> tuple[Legs | None, str]:
     """Return the legs that may be solved so that feet stay planted, or None and a sentence saying why not.
 
-    ``free`` are the bones that may be turned, ``up`` (3,) is the character's up direction."""
+    ``up`` (3,) is the character's up direction."""
     pair = legs.find(bones, mapping, up)
     if pair is None:
         return None, "No two legs were found, so the weight does not shift."
-    taken = [bones.names[row] for row in pair.rows() if bones.names[row] not in free]
+    asked = [bones.names[row] for row in pair.rows()]
+    free = hands.free_bones(armature, among=asked)
+    taken = [name for name in asked if name not in free]
     pelvis = bones.names[pair.pelvis]
     if not taken and not _is_free_to_move(armature, pelvis):
         taken = [pelvis]

@@ -32,10 +32,9 @@ def idle_in_slices(
     actions, errors, rate = [], [], apply.scene_fps(scene)
     with ThreadPoolExecutor(1) as pool:
         named = [[getattr(one.s2ag, name) for name in names_with(indexed=True)] for one in armatures]  # style and seed
-        asked = [(seconds, style, seed + number, stillness, loop, rate) for number, (style, seed) in enumerate(named)]
-        coming = [pool.submit(idling.idle, *each) for each in asked]
-        for number, (armature, motion) in enumerate(zip(armatures, coming, strict=True)):
-            while not motion.done():
+        for number, (armature, (style, seed)) in enumerate(zip(armatures, named, strict=True)):
+            motion = pool.submit(idling.idle, seconds, style, seed + number, stillness, loop, rate)
+            while not motion.done():  # alone: beside it, keying would hold Blender for longer
                 yield number / len(armatures)
                 time.sleep(0.002)
             drafts.drop(armature)
@@ -138,4 +137,3 @@ class S2AG_OT_idle(MakesMany, bpy.types.Operator):
         armatures = list(dict.fromkeys([require_character(context), *(one for one in chosen if one is not None)]))
         scene = context.scene
         return idle_in_slices(armatures, scene.frame_start, scene, self.seconds, self.stillness, self.loop)
-

@@ -23,8 +23,9 @@ from s2ag.s2ag_blender.takes import take_list  # noqa: E402
 from s2ag.s2ag_blender.ui import handlers  # noqa: E402
 
 HELLO = Path(s2ag.__file__).parent / "examples" / "hello.flac"
-DRAW, REGISTER = 0.002, 0.100
-"""Seconds that all panels, and registering, may cost; of the processor's time, so that a busy machine does not count."""
+DRAW, REGISTER, HOLD, CROWD = 0.002, 0.100, 0.100, 30.0
+"""Seconds that all panels, and registering, may cost, that Blender may be held at a time, and that a crowd of twenty may
+take; of the processor's time, so that a busy machine does not count."""
 
 
 @pytest.fixture
@@ -57,20 +58,19 @@ def test_draw_all_panels(benchmark, figure):
 
 def test_register(benchmark, tmp_path):
     """In a fresh Blender each time, with all that registering imports; the first one compiles it, too, as after installing."""
-    code = textwrap.dedent("""
+    code = """
         import sys, time, bpy
         import s2ag
         began = time.process_time()
         s2ag.register()
         print(time.process_time() - began)
         assert not {"torch", "librosa", "gensim"} & set(sys.modules)
-    """)
+    """
     kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     kept["PYTHONPYCACHEPREFIX"] = str(tmp_path)
 
     def once():
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=kept)
-        found.append(float(next(line for line in done.stdout.splitlines() if line.replace(".", "").isdigit())))
+        found.append(in_fresh_blender(code, env=kept)[0])
 
     found = []
     once()
@@ -78,6 +78,49 @@ def test_register(benchmark, tmp_path):
     first, *later = found
     print(f"\nregister: {first * 1000:.0f} ms the first time, then {sorted(later)[2] * 1000:.0f} ms (median of 5)")
     assert min(later) < REGISTER
+
+
+def in_fresh_blender(code, **about):
+    """The numbers that this Python prints in a Blender of its own, each in a line."""
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True, **about)
+    return [float(line) for line in done.stdout.splitlines() if line.replace(".", "").replace("e-", "").isdigit()]
+
+
+@pytest.mark.parametrize("who", ["mannequin", "human"])
+def test_a_crowd_of_twenty_waits(benchmark, who):
+    """One press in a fresh Blender, with all that it imports: all twenty have an action, and Blender draws in between."""
+    code = """
+        import os, sys, time, bpy
+        import s2ag
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        s2ag.register()
+        bpy.ops.s2ag.add_WHO()
+        items = list(bpy.context.scene.objects)
+        for _ in range(19):
+            new = {item: item.copy() for item in items}
+            for item, copy in new.items():
+                bpy.context.collection.objects.link(copy)
+                copy.parent = new.get(item.parent)
+                for modifier in (one for one in copy.modifiers if one.type == "ARMATURE"):
+                    modifier.object = new[modifier.object]
+        crowd = [item for item in bpy.data.objects if item.type == "ARMATURE"]
+        from s2ag.s2ag_blender.takes import session
+        from s2ag.s2ag_blender.ui import idle
+        run, outcome, began, steps = None, None, time.process_time(), []
+        while outcome is None:
+            before = time.process_time()
+            run = run or session.SlicedRun(idle.idle_in_slices(crowd, 1, bpy.context.scene, 20.0, 0.5, True))
+            outcome = run.step()
+            steps.append(time.process_time() - before)
+        print(max(steps), time.process_time() - began, len(outcome[0]), sep=chr(10), flush=True)
+        os._exit(0)  # the 4.2 wheel crashes at Python's own end
+    """.replace("WHO", who)
+    found = []
+    benchmark.pedantic(lambda: found.append(in_fresh_blender(code)), rounds=3)
+    holds, totals, counts = zip(*found, strict=True)
+    shown = ", ".join(f"{1000 * one:.0f}" for one in holds)
+    print(f"\n{who}: a crowd of twenty in {min(totals):.1f} s of the processor, Blender held for {shown} ms at most")
+    assert counts == (20, 20, 20) and min(holds) < HOLD and min(totals) < CROWD
 
 
 def test_draft(benchmark, figure):
