@@ -27,7 +27,7 @@ EXAMPLE = """examples:
   s2ag lines talks.csv --character hero.fbx --idle 20 -o lines.glb    and a loop for the time between"""
 ONE_FILE, EACH = (".fbx", ".glb"), ("fbx", "glb", "usd", "bvh", "vrma")
 SOUNDS = (".wav", ".flac", ".mp3", ".ogg", ".opus", ".m4a")
-_SETTLE = 0.4
+SETTLE = 0.4
 """Seconds in which a line leaves the pose that all lines share, and returns to it."""
 
 
@@ -66,6 +66,7 @@ def run(options: argparse.Namespace) -> int:
             **{"character": who, "gender": options.gender, "armature": options.armature, "fps": options.fps},
             "maps": [str(one.absolute()) if one else None for one in (options.map, options.face_map)],
             "lines": {name: str(Path(folder) / f"{name}.npz") for name in lines},
+            "settle": SETTLE,
             "output": str(options.output.absolute()),
             "each": options.each,
         }
@@ -130,7 +131,7 @@ def settled(motion: "Motion") -> "Motion":
 
     def share(frames: int, fps: float) -> np.ndarray:
         time, last = np.arange(frames) / fps, (frames - 1) / fps
-        return ramp(time, 0, min(_SETTLE, last / 2)) * ramp(last - time, 0, min(_SETTLE, last / 2))
+        return ramp(time, 0, min(SETTLE, last / 2)) * ramp(last - time, 0, min(SETTLE, last / 2))
 
     frames, home = len(motion.directions), np.broadcast_to(rest.REST, motion.directions.shape)
     here = share(frames, motion.fps)

@@ -115,6 +115,7 @@ def _glb(scene: bpy.types.Scene, character: Character, path: Path) -> None:
         export_format="GLB",
         use_selection=True,
         export_animation_mode="ACTIVE_ACTIONS",
+        export_anim_single_armature=False,  # Blender 4.2 would mix in all actions that fit the armature
         export_nla_strips_merged_animation_name=animation_name(character.armature),
         export_frame_range=True,
         export_force_sampling=True,

@@ -1,26 +1,34 @@
 """Keys many motions on one character and writes its animation alone: ``python -m s2ag.s2ag_blender.render.lines JOB.json``.
 
 The job is JSON of :mod:`s2ag.core.cli.lines`: ``character``, ``gender``, ``armature``, ``maps`` (bone and face map), ``fps``,
-``lines`` (``{name: .npz}``), ``output``, and ``each``, a kind of file for every line in the folder ``output``, or None."""
+``lines`` (``{name: .npz}``), ``settle``, seconds in which they leave the pose that all share, ``output``, and ``each``, a kind
+of file for every line in the folder ``output``, or None."""
 
 import sys
 from dataclasses import replace
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 from ...core import json_text
 from ...core.files import atomic_file
+from ...core.motion import rest
+from ...core.motion.interpolation import ramp
 from ...core.motion.motion import Motion
+from ...core.synthesis import hand_synthesis
 from ...rigs import maps
 from ...rigs.faces import shapes
 from .. import compat, program
 from ..characters import loading
 from ..characters.character import Character
 from ..datablocks import ArmatureObject
-from ..keys import apply, layers
+from ..keys import apply, keyframes, layers
 from ..rig import facemaps
 from . import export, job, vrm_animation
+
+Pose = dict[tuple[str, int], float]
+"""Values by data path and index."""
 
 
 def main(arguments: list[str]) -> int:
@@ -43,8 +51,11 @@ def perform(asked: dict, voice: program.EventWriter) -> dict:
     actions = {}
     with voice.stage("keyframes"):
         for number, (name, path) in enumerate(asked["lines"].items()):
-            about = {"scene": scene, "mapping": character.mapping, "report": warnings.append, "name": name}
-            actions[name] = apply.apply_motion(armature, Motion.load(path), 0, **about)
+            about, motion = {"scene": scene, "mapping": character.mapping, "report": warnings.append}, Motion.load(path)
+            actions[name] = apply.apply_motion(armature, motion, 0, name=name, **about)
+            if not motion.meta.get("loops"):
+                pose = _resting_pose(armature, motion.hands is not None, about)
+                _settle(actions[name], pose, asked["settle"] * asked["fps"])
             voice.progress("keyframes", number / len(asked["lines"]))
     alone = replace(character, meshes=())
     with voice.stage("write"):
@@ -65,6 +76,39 @@ def _clear(armature: ArmatureObject) -> None:
     armature.animation_data_clear()
     for action in list(bpy.data.actions):
         bpy.data.actions.remove(action)
+
+
+def _resting_pose(armature: ArmatureObject, hands: bool, about: dict) -> Pose:
+    """Return the pose in which every line begins and ends."""
+    home = np.repeat(rest.REST[None], 2, 0)
+    keys = apply.solve_keys(armature, Motion(home, hands=hand_synthesis.hanging_hands(home) if hands else None), 0, **about)
+    keyed = [keyframes.channels(armature.pose.bones[name], rotations) for name, rotations in keys.rotations.items()]
+    return {(one.path, index): float(column[0]) for one in keyed for index, column in one.values.items()}
+
+
+def _settle(action: bpy.types.Action, pose: Pose, frames: float) -> None:
+    """Lead an action from ``pose`` and back to it, in so many frames each: what keeps arms out of the body lasts longer than
+    their gesture does."""
+    found: dict[str, list[bpy.types.FCurve]] = {}
+    for curve in compat.curves(action):
+        if (curve.data_path, curve.array_index) in pose and len(curve.keyframe_points) > 1:
+            found.setdefault(curve.data_path, []).append(curve)
+    for path, curves in found.items():
+        keys = [keyframes.columns(curve.keyframe_points) for curve in curves]
+        values = np.stack([one["co"][:, 1] for one in keys], -1).astype(float)
+        home, at = np.array([pose[path, curve.array_index] for curve in curves]), keys[0]["co"][:, 0].astype(float)
+        turns = path.endswith("quaternion") and len(curves) == 4
+        if turns:
+            home = np.where(values @ home < 0, -1.0, 1.0)[:, None] * home
+        elif path.endswith("euler"):
+            home = home + 2 * np.pi * np.round((values - home) / (2 * np.pi))
+        near = min(frames, (at[-1] - at[0]) / 2)
+        share = ramp(at - at[0], 0, near) * ramp(at[-1] - at, 0, near)
+        values = home + share[:, None] * (values - home)
+        values /= np.linalg.norm(values, axis=-1, keepdims=True) if turns else 1.0
+        for curve, one, column in zip(curves, keys, values.T, strict=True):
+            one["co"][:, 1] = column
+            keyframes.replace_keys(curve, one)
 
 
 def _stash(armature: ArmatureObject, actions: list[bpy.types.Action]) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from s2ag.core.cli import lines as verb
 from s2ag.core.errors import UsageError
-from s2ag.core.motion import rest, vrma
+from s2ag.core.motion import rest, skeleton, vrma
 from s2ag.core.motion.motion import Motion
-from s2ag.core.synthesis import idling
+from s2ag.core.synthesis import hand_synthesis, idling
 from s2ag.s2ag_blender import compat, program
 from s2ag.s2ag_blender.characters.character import Character
 from s2ag.s2ag_blender.render import lines, vrm_animation
@@ -36,7 +36,8 @@ def motions(tmp_path_factory):
 def write(motions, output, each=None, who="mannequin"):
     about = {"character": who, "gender": "female", "armature": None, "maps": [None, None], "fps": FPS}
     told = []
-    result = lines.perform({**about, "lines": motions, "output": str(output), "each": each}, program.EventWriter(told.append))
+    about |= {"lines": motions, "settle": verb.SETTLE, "output": str(output), "each": each}
+    result = lines.perform(about, program.EventWriter(told.append))
     assert result["root"] == {"mannequin": "hips", "human": "root"}[who]
     return result
 
@@ -51,18 +52,25 @@ def read_back(path):
     return armature
 
 
-def poses(armature, action, frames):
+def placed(armature, action, frames):
+    """The heads of all bones at frames of an action, which plays from then on."""
     slots = getattr(action, "slots", None)
     armature.animation_data_create()
     compat.assign_action(armature, action, slots[0] if slots else None)
     for track in armature.animation_data.nla_tracks:
         track.mute = True
-    rows, bones = [], {bone.name.replace("_", "."): bone for bone in armature.pose.bones}  # a name in USD has no dots
+    rows = []
     for frame in frames:
         bpy.context.scene.frame_set(int(frame))
-        rows.append([value for name in ("hand.L", "hand.R", "head") for value in bones[name].head])
+        rows.append([bone.head[:] for bone in armature.pose.bones])
+    return np.array(rows)
+
+
+def poses(armature, action, frames):
+    names = [bone.name.replace("_", ".") for bone in armature.pose.bones]  # a name in USD has no dots
+    rows = placed(armature, action, frames)[:, [names.index(name) for name in ("hand.L", "hand.R", "head")]]
     root = np.array(armature.matrix_world @ armature.pose.bones["hips"].matrix)
-    return np.array(rows), root
+    return rows.reshape(len(rows), -1), root
 
 
 @pytest.mark.parametrize("suffix", [".fbx", ".glb"])
@@ -81,6 +89,27 @@ def test_twenty_lines_come_back_from_one_file(motions, tmp_path, suffix):
         roots.append(root)
     assert np.ptp(ends, axis=0).max() < 2e-3 * armature.pose.bones["head"].head.length
     assert np.ptp(roots, axis=0).max() < 1e-4 * max(np.abs(roots).max(), 1)
+
+
+@pytest.mark.parametrize("who", ["mannequin", "human"])
+def test_who_holds_the_hands_together_until_the_end_is_back_in_the_same_pose(tmp_path, who):
+    """Arms are kept out of each other for longer than they would touch."""
+    still = np.repeat(rest.REST[None], 45, 0)
+    folded = still.copy()
+    folded[:, [5, 8]] = skeleton.normalize(np.array([[-1.0, 0.3, 0.5], [1.0, 0.3, 0.5]]) * np.sign(still[:, [4, 4], :1]))
+    paths = {}
+    for name, directions in (("stands", still), ("folds", folded)):
+        paths[name] = str(tmp_path / f"{name}.npz")
+        verb.settled(Motion(directions.astype(np.float32), hands=hand_synthesis.hanging_hands(directions))).save(paths[name])
+    write(paths, tmp_path / "lines.glb", who=who)
+    armature = read_back(tmp_path / "lines.glb")
+    seen = {}
+    for name in paths:
+        (action,) = [one for one in bpy.data.actions if name in one.name]
+        first, last = map(int, action.frame_range)
+        seen[name] = placed(armature, action, [first, (first + last) // 2, last])
+    assert np.abs(seen["folds"][1] - seen["stands"][1]).max() > 0.1
+    assert np.abs(np.subtract([seen["folds"][0], seen["folds"][2]], seen["stands"][0])).max() < 1e-4
 
 
 @pytest.mark.parametrize("kind", verb.EACH)
