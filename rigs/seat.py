@@ -66,8 +66,8 @@ class Seat:
         sign, line = SIDES[side], self.joints[list(SIDES).index(side)]
         if self.table is not None:
             ahead = max(0.55 * size, self.edge + 0.1 * size)
-            spot = shoulder[0] - 0.18 * sign * size, -ahead, self.table + _WRIST * size
-            return np.array(spot), np.array([-0.6 * sign, -0.8, 0.0])
+            spot = shoulder[0] - 0.1 * sign * size, -ahead, self.table + _WRIST * size
+            return np.array(spot), np.array([-0.5 * sign, -0.8, 0.0])
         spot = np.array([np.interp(_ON_THIGH[side], SHARES, column) for column in line.T])
         spot[2] = self.top(spot, _WRIST * size)
         return spot, skeleton.normalize(line[-1] - line[0]) - [0.2 * sign, 0.0, 0.0]

@@ -10,9 +10,11 @@ import pytest
 from bodies import performance
 from s2ag.core import json_text
 from s2ag.core.learning.evaluate import seated
+from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.core.synthesis.idling import idle
 from s2ag.rigs.goals import Options
+from s2ag.rigs.proportions import SIDES, ArmOrigin
 from s2ag.s2ag_blender import compat, program
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
@@ -64,6 +66,17 @@ def test_hands_come_home_and_stay_out_of_thighs_and_table(shared, who, table):
             assert not len(over) or over.min() > high - 0.01, f"{over.min() - high:.3f} m at frame {frame}"
         if motion.pelvis is not None:  # who waits has the hands on thighs or table
             assert np.median(lowest) < table + 0.16
+
+
+@pytest.mark.parametrize("who", WHO)
+def test_hands_that_lie_on_a_table_do_not_touch(shared, who):
+    """Else they are thrown up to get past each other when somebody moves them a little inwards."""
+    sitter = Sitter(WHO[who](shared))
+    found, placed = seat(sitter, table=float(sitter.hips()[2] + 0.2)), ArmOrigin(sitter.bones, sitter.mapping)
+    for side, sign in SIDES.items():
+        upper, fore, hand = placed.lengths[side]
+        wrist, way = found.home(side, found.turn @ placed.shoulders[side], upper + fore)
+        assert sign * wrist[0] > sign * (wrist + hand * skeleton.normalize(way))[0] > 0.05 * hand
 
 
 def test_who_stands_or_is_told_to_stand_lets_the_hands_hang(shared):
