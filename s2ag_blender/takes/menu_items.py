@@ -134,7 +134,7 @@ def kinds(first: tuple[tuple[str, str, str], ...] = ()) -> tuple[tuple[str, str,
     items.append((REST, "Rest", "No gesture: both hands go home for a moment"))
     for heading, shown in gesture_kinds.GROUPS.items():
         items += [("", heading, "")] if heading else []
-        items += [(name, name.capitalize(), told) for name, told in shown.items()]
+        items += [(name, "So-So" if name == "soso" else name.capitalize(), told) for name, told in shown.items()]
     return tuple(items)
 
 

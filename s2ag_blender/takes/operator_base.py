@@ -168,15 +168,14 @@ class GeneratingOperator(ModalOperator):
         armature = character(context)
         assert armature is not None
         self._uid, self._name = armature.session_uid, armature.name
-        session.MESSAGES.pop(self._uid, None)
+        session.ERRORS.pop(self._uid, None)
         return armature
 
     def finished(self, outcome: generate.Outcome) -> Any:
-        session.MESSAGES[self._uid] = [(note, "INFO") for note in outcome.notes]  # warnings are stored with their take
         for warning in outcome.warnings:
             self.report({"WARNING"}, translate(warning))
         made = translate("{name} gestures for {seconds:.1f} seconds", name=self._name, seconds=outcome.seconds)
-        self.report({"INFO"}, outcome.said or made)
+        self.report({"INFO"}, ". ".join([outcome.said or made, *outcome.notes]))  # as rows they would move all below them
         return {"FINISHED"}
 
     def failed(self, error: S2agError) -> Any:

@@ -83,7 +83,7 @@ def _receive(uid: int) -> None:
         _request(uid)
     if uid not in session.RUNS:
         generate.finish(planned, result)
-        session.MESSAGES.pop(uid, None)
+        session.ERRORS.pop(uid, None)
         redraw(current_context())
 
 

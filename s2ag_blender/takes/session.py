@@ -103,10 +103,8 @@ class Run:
 
 RUNS: dict[int, Run] = {}
 """Current runs by the character's ``session_uid``."""
-MESSAGES: dict[int, list[tuple[str, str]]] = {}
-"""Messages of the last runs by ``session_uid``, as (text, icon)."""
-_CAUSES: dict[int, tuple] = {}
-"""What errors among them were about (:func:`_cause`): once that changes they are not shown any more."""
+ERRORS: dict[int, tuple[tuple, list[tuple[str, str]]]] = {}
+"""Why last runs failed, by ``session_uid``: what it was about (:func:`_cause`), and lines of (text, icon)."""
 
 
 def run_of(armature: ArmatureObject | None) -> Run | None:
@@ -115,11 +113,9 @@ def run_of(armature: ArmatureObject | None) -> Run | None:
 
 
 def messages(armature: ArmatureObject) -> list[tuple[str, str]]:
-    """Return the messages of a character's last run, as (text, icon); errors leave with what caused them."""
-    uid = armature.session_uid
-    if uid in _CAUSES and uid in MESSAGES and _CAUSES[uid] != _cause(armature):
-        return []
-    return MESSAGES.get(uid, [])
+    """Return why a character's last run failed, as (text, icon), until that changes which it was about."""
+    cause, lines = ERRORS.get(armature.session_uid, ((), []))
+    return lines if lines and cause == _cause(armature) else []
 
 
 def _cause(armature: ArmatureObject) -> tuple:
@@ -137,18 +133,16 @@ def fail(uid: int, error: S2agError) -> str:
     lines = [(translate(error.message), "ERROR")]
     if error.remedy:
         lines.append((translate(error.remedy), "BLANK1"))
-    MESSAGES[uid] = lines
     armature = next((one for one in bpy.data.objects if one.session_uid == uid), None)
     if armature is not None:
-        _CAUSES[uid] = _cause(cast(ArmatureObject, armature))
+        ERRORS[uid] = _cause(cast(ArmatureObject, armature)), lines
     errors_log.save(error)
     return translate_error(error)
 
 
 def clear() -> None:
-    """Cancel all runs and drop all messages, because another file was opened."""
+    """Cancel all runs and drop all errors, because another file was opened."""
     for run in list(RUNS.values()):
         run.cancel()
     RUNS.clear()
-    MESSAGES.clear()
-    _CAUSES.clear()
+    ERRORS.clear()

@@ -42,15 +42,14 @@ def add_takes(
 
 def note_frames(take: Any) -> None:
     """Store on a take the frames of its action."""
-    place = layers.Place.of(take.action)
-    assert place is not None
-    take.first, take.last = place.first, place.last
+    place = layers.Place.of(take.action)  # an idle has none
+    take.first, take.last = (place.first, place.last) if place else map(round, take.action.frame_range)
 
 
 def title(armature: ArmatureObject, action: bpy.types.Action) -> str:
-    """Return a take's first name: its style, or that it listens, with the lowest number that the character has not used."""
+    """Return a take's first name: its style, or that it listens or idles, with the lowest number that it has not used."""
     meta = provenance.require(action)
-    style = translate("Listening") if meta.get("listen") else meta.get("style", "")
+    style = translate("Listening") if meta.get("listen") else translate("Idle") if "idle" in meta else meta.get("style", "")
     style = " + ".join(translate_style(one) for one in (style if isinstance(style, dict) else [style]))
     used = {take.title for take in armature.s2ag.takes}
     return next(name for number in range(1, len(used) + 2) if (name := f"{style} {number}") not in used)

@@ -146,12 +146,14 @@ class S2AG_OT_insert_gesture(NeedsCharacter, bpy.types.Operator):
         motion, facts = self._motion()
         motion = gesture_insertion.scaled(motion.mirrored() if self.mirror else motion, self.size)
         frame, lands = self._frame(armature, scene)
-        first = round(frame - lands * facts["stroke"] * apply.scene_fps(scene))
+        stroke = facts["stroke"] * apply.scene_fps(scene)
+        first = round(frame - lands * stroke)
         about = {"strip": self.strip, "blend_in": self.blend_in, "blend_out": self.blend_out, "name": facts["name"]}
         gesture_insertion.insert(armature, scene, motion, first, **about, report=warnings.append)
         for warning in warnings:
             self.report({"WARNING"}, translate(warning))
-        return translate("{name} makes the gesture {gesture}", name=armature.name, gesture=facts["name"])
+        told = {"name": armature.name, "gesture": facts["name"], "frame": round(first + stroke)}
+        return translate("{name}: {gesture}, fully at frame {frame}", **told)
 
     def _motion(self) -> tuple[Any, dict[str, Any]]:
         """Return the motion of the chosen gesture and its facts."""

@@ -18,6 +18,8 @@ _MIN_PIXELS, _NEW_SHARE = 150, 0.3
 """Height from which a Dope Sheet shows markers, and share of a viewport's height that a new Dope Sheet takes."""
 _WORD_SHARE = 0.55
 """Share of a list row for frame and word."""
+_TITLE_LINES = 2
+"""Lines that a version's title takes at least."""
 _SIZE_STEP = 1.6
 """Factor by which a press scales a gesture; smaller factors are hardly visible."""
 
@@ -34,7 +36,7 @@ class S2AG_UL_gestures(bpy.types.UIList):
         moved = item.frame != gesture.frame
         hands = {"left": translate("Left"), "right": translate("Right"), "both": translate("Both")}
         kind = hands.get(gesture.hand, gesture.hand) if gesture.kind == BEAT else menu_items.gesture_label(gesture.kind)
-        row.label(text=f"{item.frame}  {gesture.word}", icon="MARKER_HLT" if moved else "BLANK1", translate=False)
+        row.label(text=f"{item.frame}  {gesture.word}", icon="MARKER_HLT" if moved else "NONE", translate=False)
         row.label(text=kind, translate=False)
 
     def filter_items(self, context: Context, data: Any, prop: str) -> tuple[Sequence[int], Sequence[int]]:
@@ -154,10 +156,8 @@ def draw_markers(layout: bpy.types.UILayout, take: Any, context: Context) -> Non
 
 
 def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
-    """Draw which version of a take is shown, and the buttons that flip through versions."""
+    """Draw which version of a take is shown, and the buttons that flip through versions; of one, too, lest rows move."""
     at, count = versions.version_position(take)
-    if count < 2:
-        return
     row = layout.row(align=True)
     button: Any = row.operator("s2ag.flip_version", text="", icon="TRIA_LEFT")
     button.back = True
@@ -165,5 +165,6 @@ def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
     button = row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT")
     button.back = False
     row.operator("s2ag.drop_versions", text="", icon="TRASH")
-    draw_sentence(layout, versions.version_title(take) or translate("As it was generated"), "BLANK1")
-    draw_warnings(layout, take)
+    draw_sentence(layout, versions.version_title(take) or translate("As it was generated"), "BLANK1", _TITLE_LINES)
+    if count > 1:
+        draw_warnings(layout, take)

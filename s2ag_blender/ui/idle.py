@@ -14,7 +14,7 @@ from .. import compat
 from ..datablocks import ArmatureObject, Context, current_context
 from ..keys import apply
 from ..rig import chosen_bones
-from ..takes import drafts, generate, plans, session, sources, stored_settings
+from ..takes import drafts, generate, plans, session, sources, stored_settings, take_list
 from ..takes.operator_base import SlicedOperator, armature_of, character
 from ..translations import translate, translate_error
 from .bases import NeedsCharacter, OperatorResult, require_character, why_unchangeable
@@ -44,6 +44,8 @@ def idle_in_slices(
             slices = apply.apply_motion_in_slices(armature, motion.result(), start, **about)
             try:
                 actions.append((yield from slices))
+                if settings.result != "STRIP":
+                    take_list.add_takes(armature, actions[-1:])
             except S2agError as error:
                 errors.append(error)
     return actions, errors

@@ -91,7 +91,7 @@ class S2AG_OT_remove_markers(NeedsCharacter, bpy.types.Operator):
 
 
 class S2AG_OT_export(NeedsCharacter, bpy.types.Operator, ExportHelper):
-    """Write the character with its gestures as a file for other programs"""
+    """Write the character with its gestures for other programs, or film what this viewport shows, with the sound"""
 
     bl_label = "Export Character"
     bl_options = {"REGISTER"}

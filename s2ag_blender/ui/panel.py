@@ -223,12 +223,13 @@ def draw_button(layout: bpy.types.UILayout, context: Context) -> None:
     reason = why_disabled(context)
     if reason:
         draw_sentence(column, reason, "INFO")
-    draw_live(column)
+    draw_live(column, not reason)
 
 
-def draw_live(column: bpy.types.UILayout) -> None:
-    """Draw the switch of the live preview."""
+def draw_live(column: bpy.types.UILayout, able: bool = True) -> None:
+    """Draw the switch of the live preview, greyed unless it is on or ``able`` to show anything."""
     row = column.row()
+    row.enabled = able or preview.is_on()
     row.use_property_split = False  # so that the label is inside the button
     row.prop(current_context().window_manager.s2ag, "live", toggle=True, icon="HIDE_OFF" if preview.is_on() else "HIDE_ON")
 

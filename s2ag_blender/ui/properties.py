@@ -32,6 +32,7 @@ def _get_gesture(session: Any) -> int:
 def _set_gesture(session: Any, row: int) -> None:
     context = current_context()
     gesture_edits.go_to(character(context), context.scene, row)
+    bpy.ops.ed.undo_push(message="Change Frame")  # as scrubbing does: undoing an edit leaves the playhead at its gesture
 
 
 def _on_title(take: Any, context: Context) -> None:

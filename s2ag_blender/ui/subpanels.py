@@ -98,7 +98,7 @@ class S2AG_PT_expression(_SubPanel, bpy.types.Panel):
         take = take_list.active(armature)
         heard = control_curves.heard_now(take.action if take is not None else None, context.scene)
         if heard:
-            text = translate("Heard: energy {arousal}, mood {valence}, confidence {dominance}", **heard)
+            text = translate("At the playhead: energy {arousal}, mood {valence}, confidence {dominance}", **heard)
             draw_sentence(layout, text, "SOUND")
             layout.operator("s2ag.key_heard", icon="FCURVE")
         layout.operator_menu_enum("s2ag.mark_style", "style", icon="MARKER")

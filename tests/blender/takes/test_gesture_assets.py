@@ -157,13 +157,14 @@ def test_a_strip_leaves_the_action_alone(figure):
     assert degrees(played(figure, 52, 53).directions[0], perform_kind("shrug").resampled(24).directions[22])[[4, 5]].max() < 8
 
 
-def test_mirrored_smaller_and_with_its_stroke_at_the_playhead(figure):
+def test_mirrored_smaller_and_with_its_stroke_at_the_playhead(figure, capfd):
     plain = perform_kind("you")
     bpy.context.scene.frame_set(50)
     options = {"mirror": True, "size": 0.6, "stroke": True}
     assert press(bpy.ops.s2ag.insert_gesture, gesture="you", **options) == {"FINISHED"}
     first = figure.animation_data.action.frame_range[0]
     assert abs(50 - first - 24 * plain.meta["stroke"]) <= 0.5
+    assert f"{figure.name}: You, fully at frame 50" in capfd.readouterr().out
     pose = played(figure, 50, 51).directions[0]
     away = degrees(pose, rest.REST)
     full = degrees(plain.directions[round(15 * plain.meta["stroke"])], rest.REST)

@@ -1,9 +1,11 @@
 """Gestures of a take as pose markers, and what an animator makes of them: other takes that differ where they were edited."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
-from acted import curves, drawn, now, press
+from acted import Sheet, curves, drawn, now, press
 from s2ag.core.meaning import vocabulary
 from s2ag.s2ag_blender import compat, provenance
 from s2ag.s2ag_blender.takes import engine_requests, gesture_edits, menu_items, versions
@@ -105,6 +107,37 @@ def test_a_gesture_is_added_at_the_playhead(speaker, take):
     assert press(bpy.ops.s2ag.add_gesture, kind="big") == {"FINISHED"}
     one = gesture_edits.nearest_gesture(now(speaker), scene)
     assert one.kind == "big" and abs(one.frame - 180) <= 2
+
+
+def test_undoing_an_edit_leaves_the_playhead_at_its_gesture(speaker, take):
+    """A click on the list goes there; that is an undo step, as scrubbing is."""
+    scene = bpy.context.scene
+    scene.frame_set(3)
+    bpy.ops.ed.undo_push(message="ready")
+    row = [mark.name for mark in take.pose_markers].index(gesture_edits.shown_gestures(take, scene)[3].name)
+    bpy.context.window_manager.s2ag.gesture = row
+    there = take.pose_markers[row].frame
+    assert press(bpy.ops.s2ag.change_gesture, size=1.6) == {"FINISHED"}
+    bpy.ops.ed.undo()
+    assert there > 3 and bpy.context.scene.frame_current == there
+    assert not len(bpy.data.objects["Mannequin"].s2ag.takes[0].versions)
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.frame_current == 3
+
+
+def test_an_edit_moves_no_button_of_the_panel(speaker, take):
+    def rows():
+        sheet = Sheet()
+        ui.S2AG_PT_directing.draw(SimpleNamespace(layout=sheet), bpy.context)
+        shown = [what for what, _ in sheet.drawn]
+        first = next(number for number, what in enumerate(shown) if what.startswith("s2ag.flip_version"))
+        count = len(speaker.s2ag.takes[0].versions) or 1
+        return shown.index("s2ag.change_gesture") - first, f"Version {count} of {count}" in shown
+
+    before = rows()
+    bpy.context.scene.frame_set(90)
+    assert press(bpy.ops.s2ag.change_gesture, size=1.6) == {"FINISHED"}
+    assert rows() == before == (before[0], True)
 
 
 def test_takes_of_before_are_told_apart(speaker, take):

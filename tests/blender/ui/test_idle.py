@@ -4,10 +4,11 @@
 import bpy
 import numpy as np
 import pytest
-from acted import press
+from acted import drawn, press
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.characters import mannequin
-from s2ag.s2ag_blender.ui import idle
+from s2ag.s2ag_blender.keys import layers
+from s2ag.s2ag_blender.ui import gesture_panel, idle
 
 
 @pytest.fixture
@@ -52,6 +53,20 @@ def test_who_sits_waits_on_across_the_seam_of_a_loop(crowd):
         jumps = np.linalg.norm(np.diff(np.concatenate([speeds, speeds[:1]]), axis=0), axis=1)
         assert np.abs(path[-1] - path[0]).max() < 1e-4 and jumps[-1] <= np.percentile(jumps, 99)
         assert np.linalg.norm(speeds, axis=1).min() > 1e-5
+
+
+def test_an_idle_is_a_take_that_comes_back_by_a_click_and_plays_on_below_what_is_said(crowd):
+    figure = crowd[0]
+    first, second = (bpy.ops.s2ag.idle(seconds=2) and figure.animation_data.action for _ in range(2))
+    assert [(take.title, take.first, take.last) for take in figure.s2ag.takes] == [("Idle 1", 1, 49), ("Idle 2", 1, 49)]
+    assert [action.name for action in (first, second)] == [f"{figure.name} – Idle {number}" for number in (1, 2)]
+    figure.s2ag.active_take = 0
+    assert figure.animation_data.action == first and drawn(gesture_panel.S2AG_PT_directing)["No gestures are known"]
+    assert layers.base_action(figure, 10, 20) == first
+    for button in (bpy.ops.s2ag.reroll, bpy.ops.s2ag.vary, bpy.ops.s2ag.recall_take, bpy.ops.s2ag.change_gesture):
+        assert not button.poll()
+    assert bpy.ops.s2ag.delete_take() == {"FINISHED"}
+    assert [take.title for take in figure.s2ag.takes] == ["Idle 2"] and figure.animation_data.action == second
 
 
 def test_legs_and_root_stay_in_place(crowd):

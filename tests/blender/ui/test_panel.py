@@ -50,6 +50,20 @@ def test_why_the_button_is_grey_stands_right_below_it(speaker):
     assert below() == "Leave edit mode first"
 
 
+def test_a_preview_that_can_show_nothing_cannot_be_switched_on_but_off(speaker):
+    def switch():
+        sheet = Sheet()
+        panel.draw_button(sheet, bpy.context)
+        return dict(sheet.drawn)["live"].enabled
+
+    assert switch()
+    speaker.s2ag.audio = ""
+    assert not switch()
+    bpy.context.window_manager.s2ag.live = True
+    assert switch()
+    bpy.context.window_manager.s2ag.live = False
+
+
 def test_a_rig_that_cannot_gesture_says_so_once(extension):
     bpy.ops.object.armature_add()
     problem = readiness.readiness_of(bpy.context.active_object).problem
