@@ -18,8 +18,6 @@ _MIN_PIXELS, _NEW_SHARE = 150, 0.3
 """Height from which a Dope Sheet shows markers, and share of a viewport's height that a new Dope Sheet takes."""
 _WORD_SHARE = 0.55
 """Share of a list row for frame and word."""
-_TITLE_LINES = 2
-"""Lines that a version's title takes at least."""
 _SIZE_STEP = 1.6
 """Factor by which a press scales a gesture; smaller factors are hardly visible."""
 
@@ -165,6 +163,6 @@ def draw_versions(layout: bpy.types.UILayout, take: Any) -> None:
     button = row.operator("s2ag.flip_version", text="", icon="TRIA_RIGHT")
     button.back = False
     row.operator("s2ag.drop_versions", text="", icon="TRASH")
-    draw_sentence(layout, versions.version_title(take) or translate("As it was generated"), "BLANK1", _TITLE_LINES)
+    draw_sentence(layout, versions.version_title(take) or translate("As it was generated"), "BLANK1")
     if count > 1:
         draw_warnings(layout, take)

@@ -72,8 +72,9 @@ class S2AG_PT_takes(_SubPanel, bpy.types.Panel):
         take = take_list.active(armature)
         if take is None:
             layout.label(text="Takes to choose from appear here", icon="INFO")
-        elif take.recording:
-            layout.label(text=translate("{name} from frame {frame}", name=take.recording, frame=take.first), icon="SOUND")
+        else:
+            text = translate("{name} from frame {frame}", name=take.recording or take.title, frame=take.first)
+            layout.label(text=text, icon="SOUND" if take.recording else "USER")
         column = layout.column(align=True)
         column.operator("s2ag.reroll", icon="FILE_REFRESH")
         column.operator("s2ag.vary", icon="MOD_NOISE")

@@ -8,7 +8,7 @@ from acted import drawn, press
 from s2ag.s2ag_blender import provenance
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys import layers
-from s2ag.s2ag_blender.ui import gesture_panel, idle
+from s2ag.s2ag_blender.ui import gesture_panel, idle, subpanels
 
 
 @pytest.fixture
@@ -61,6 +61,7 @@ def test_an_idle_is_a_take_that_comes_back_by_a_click_and_plays_on_below_what_is
     assert [(take.title, take.first, take.last) for take in figure.s2ag.takes] == [("Idle 1", 1, 49), ("Idle 2", 1, 49)]
     assert [action.name for action in (first, second)] == [f"{figure.name} – Idle {number}" for number in (1, 2)]
     figure.s2ag.active_take = 0
+    assert "Idle 1 from frame 1" in drawn(subpanels.S2AG_PT_takes)
     assert figure.animation_data.action == first and drawn(gesture_panel.S2AG_PT_directing)["No gestures are known"]
     assert layers.base_action(figure, 10, 20) == first
     for button in (bpy.ops.s2ag.reroll, bpy.ops.s2ag.vary, bpy.ops.s2ag.recall_take, bpy.ops.s2ag.change_gesture):
