@@ -138,11 +138,13 @@ def film(context: Context, path: str) -> None:
     if not viewport and scene.camera is None:
         raise UsageError("The scene has no camera.", "Add one, and let it look at the character.")
     manager.progress_begin(0, 100)
+    frame = scene.frame_current
     try:
         with bpy.context.temp_override(region=region) if viewport else contextlib.nullcontext():
             render.film(scene, path, progress=lambda share: manager.progress_update(100 * share), viewport=viewport)
     finally:
         manager.progress_end()
+        scene.frame_set(frame)
 
 
 def file_name(armature: ArmatureObject) -> str:

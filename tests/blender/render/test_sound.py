@@ -69,8 +69,9 @@ def test_a_film_from_the_panel_has_sound(speaker, tmp_path):
     scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(scene.camera)
     scene.frame_end, scene.render.resolution_x, scene.render.resolution_y = 6, 64, 48
+    scene.frame_set(4)
     before = scene.render.filepath, scene.render.image_settings.file_format
     assert bpy.ops.s2ag.export(filepath=path, format=".mp4") == {"FINISHED"}
-    assert (scene.render.filepath, scene.render.image_settings.file_format) == before
+    assert (scene.render.filepath, scene.render.image_settings.file_format) == before and scene.frame_current == 4
     with av.open(path) as film:
         assert film.streams.video[0].frames == 6 and film.streams.audio
