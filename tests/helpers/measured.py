@@ -28,16 +28,18 @@ class Text:
 
 
 class Setting(Text):
-    """A setting whose name stands left of its value."""
+    """A setting whose name stands left of its value, and right of that a dot if it is ``decorated``."""
 
-    def __init__(self, name: str, values: list[str], arrow: bool):
+    def __init__(self, name: str, values: list[str], arrow: bool, decorated: bool = False):
         super().__init__("")
+        self.dot = _UNIT * decorated
         self.name = Text(name)
         self.values = [Text(value, more=_UNIT * arrow - _EDGE * arrow) for value in values]
         self.natural = 2 * max([self.name.natural, *(value.natural for value in self.values)])
 
     def cut(self, room: float) -> list[tuple]:
         """What does not fit."""
+        room -= self.dot
         return self.name.cut(_SHARE * room) + [one for value in self.values for one in value.cut((1 - _SHARE) * room)]
 
 
@@ -102,7 +104,7 @@ class Measured(Sheet):
             field = prop.type in ("STRING", "POINTER")
             self.inside.append(Text("" if field else label, icon != "NONE", 0 if toggle or prop.type != "BOOLEAN" else _UNIT))
         else:
-            self.inside.append(Setting(label, items, bool(items)))
+            self.inside.append(Setting(label, items, bool(items), self.use_property_decorate))
 
     def template_list(self, *_, **__):
         """Rows of lists hold names of the user's own."""
