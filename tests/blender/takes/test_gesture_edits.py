@@ -125,6 +125,7 @@ def test_undoing_an_edit_leaves_the_playhead_at_its_gesture(speaker, take):
     assert bpy.context.scene.frame_current == 3
 
 
+@pytest.mark.usefixtures("sound_system")  # else each take has a warning, which is drawn there
 def test_an_edit_moves_no_button_of_the_panel(speaker, take):
     def rows():
         sheet = Sheet()
