@@ -12,9 +12,9 @@ from .progress import Progress, note
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the option."""
     films = (
-        "film known motions of three characters with three cameras in two lights, capture them, and compare; the films stay in "
-        "--report; with --choosing films other motions, also of every --character, from everywhere, and learns from that what "
-        "the estimator gets wrong"
+        "film known motions of three characters, or of every --character, with three cameras in two lights, capture them, and "
+        "compare; the films stay in --report; with --choosing films other motions, of the three and every --character, from "
+        "everywhere, and learns from that what the estimator gets wrong"
     )
     parser.add_argument("--capture", action="store_true", help=films)
 
@@ -29,12 +29,12 @@ def run(options: argparse.Namespace, people: Sequence[Path]) -> int:
     if not people:
         raise UsageError("No recording was given.", "Name one with --human.")
     blender.command("render.job")  # raise errors now, not after the synthesis
+    others = [(who, "female") for who in options.character]
     with Progress() as progress:
         if options.choosing:
-            characters = [*filmed.CHARACTERS, *((who, "female") for who in options.character)]
-            print(lessons.learn(options.report, people, characters, blender.run, progress))
+            print(lessons.learn(options.report, people, [*filmed.CHARACTERS, *others], blender.run, progress))
             return 0
-        page = trial.run(options.report, people, blender.run, progress)
+        page = trial.run(options.report, people, others or filmed.CHARACTERS, blender.run, progress)
     print(page)
     with atomic_file(options.report / "capture.md") as temporary:
         temporary.write_text(page + "\n", "utf-8")

@@ -40,7 +40,12 @@ class Shot:
 
     @property
     def name(self) -> str:
-        return "-".join((self.character, self.gender, self.camera, self.light))
+        return "-".join((self.who, self.camera, self.light))
+
+    @property
+    def who(self) -> str:
+        """What the character is called in names of files and in tables."""
+        return self.gender if self.character == "human" else Path(self.character).stem
 
     @property
     def motion(self) -> Path:
@@ -56,9 +61,9 @@ class Shot:
         return self.folder / f"{self.name}-half.mp4"
 
 
-def plan(folder: Path) -> list[Shot]:
-    """Return all shots."""
-    return [Shot(*who, *seen, folder) for who in CHARACTERS for seen in itertools.product(CAMERAS, LIGHTS)]
+def plan(folder: Path, characters: Sequence[tuple[str, str]] = CHARACTERS) -> list[Shot]:
+    """Return all shots of characters, each with its gender."""
+    return [Shot(*who, *seen, folder) for who in characters for seen in itertools.product(CAMERAS, LIGHTS)]
 
 
 def make(shots: Sequence[Shot], recordings: Sequence[Path], run: Run, tell: Callable) -> None:
@@ -66,14 +71,12 @@ def make(shots: Sequence[Shot], recordings: Sequence[Path], run: Run, tell: Call
     missing = [shot for shot in shots if not shot.film.is_file()]
     if any(not shot.motion.is_file() for shot in shots):
         _perform(shots, recordings, tell)
-    for character, gender in CHARACTERS:
+    for character, gender in dict.fromkeys((shot.character, shot.gender) for shot in missing):
         own = [shot for shot in missing if (shot.character, shot.gender) == (character, gender)]
-        if not own:
-            continue
         parts = [
             {"motion": str(shot.motion), "camera": shot.camera, "light": shot.light, "output": str(shot.film)} for shot in own
         ]
-        job = own[0].folder / f"{character}-{gender}.json"
+        job = own[0].folder / f"{own[0].who}.job"
         content = {"character": character, "gender": gender, "fps": RATE, "resolution": SIZE, "shots": parts}
         job.write_text(json.dumps(content), "utf-8")
         run("render.capture_films", str(job), progress=lambda stage, share, who=own[0].name: tell(f"film {who}", share))
