@@ -200,3 +200,32 @@ def test_worker_starts_from_the_installed_extension(built, tmp_path):
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, env=variables)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == [built.stem.rpartition("-")[2], "False", "False"]
+
+
+def test_films_and_styles_in_the_zip_alone_say_what_to_install(built, tmp_path):
+    """The buttons are there, and each ends in one sentence of what the package would do, without changing anything."""
+    zipfile.ZipFile(built).extractall(tmp_path / "from_the_zip")
+    (tmp_path / "talk.mp4").write_bytes(b"a film")
+    (tmp_path / "talk.npz").write_bytes(b"a motion")
+    lines = (
+        "import os, bpy, from_the_zip",
+        "bpy.ops.wm.read_factory_settings(use_empty=True)",
+        "from_the_zip.register()",
+        "bpy.ops.s2ag.add_mannequin()",
+        "for name, file in (('capture_film', 'talk.mp4'), ('own_style', 'talk.npz')):",
+        "    button = getattr(bpy.ops.s2ag, name)",
+        "    assert button.poll() and button.get_rna_type().name",
+        "    try:",
+        "        button(filepath=os.path.abspath(file))",
+        "    except RuntimeError as error:",
+        "        print('told', name, str(error).strip().replace(chr(10), '|'), flush=True)",
+        "print('takes', len(bpy.context.active_object.s2ag.takes), flush=True)",
+        "os._exit(0)",
+    )
+    variables = {name: value for name, value in os.environ.items() if name != "S2AG_PYTHON"}
+    command = [sys.executable, "-c", "\n".join(lines)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env={**variables, "PYTHONPATH": ""})
+    told = [line for line in done.stdout.splitlines() if line.startswith(("told", "takes"))]
+    assert len(told) == 3 and told[2] == "takes 0", done.stdout + done.stderr
+    for line, name in zip(told, ("capture", "learn"), strict=False):
+        assert f"{name} is a command of the Python package" in line and "pip install" in line and "|" not in line, line

@@ -1,6 +1,5 @@
 """Takes that a film gave are edited, continued and mixed with what is generated, like every other."""
 
-import shutil
 import sys
 import wave as sounds
 
