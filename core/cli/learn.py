@@ -21,7 +21,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     what = "motions (.npz, .bvh) of one performer, 20 seconds to 20 minutes; or one style (.json), to learn it again"
     parser.add_argument("audio", metavar="MOTION", type=Path, nargs="+", help=what)
     parser.add_argument("--name", help="what the style is called (default: the first file's name)")
-    heard = "a recording to try the style on (default: the one beside the first motion, else the engine's own)"
+    heard = "a recording to try the style on (default: those beside the motions, else the engine's own)"
     parser.add_argument("--sound", metavar="AUDIO", type=Path, help=heard)
     where = "file of the style (default: in your folder of styles, where --style NAME finds it)"
     parser.add_argument("-o", "--output", metavar="STYLE.json", type=Path, help=where)

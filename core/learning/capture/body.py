@@ -21,7 +21,8 @@ _TURN_SECONDS = 2.0
 @dataclass(frozen=True)
 class Pose:
     """What each picture shows, in the canonical frame: ``directions`` ``(n, 9, 3)``; ``seen`` ``(n,)``, whether there is a
-    body, ``arms`` ``(n, 2)``, how surely each arm is seen, 0..1, and ``view`` ``(n, 3, 3)`` from camera to body axes.
+    body, ``arms`` ``(n, 2)``, how surely each arm is seen, 0..1, and ``view`` ``(n, 3, 3)`` from camera to body axes. ``gaze``:
+    degrees by which the face usually leans ahead, by that view; None where none is seen.
     """
 
     directions: np.ndarray
@@ -29,6 +30,13 @@ class Pose:
     arms: np.ndarray
     view: np.ndarray
     scenes: np.ndarray
+    gaze: float | None = None
+
+    @property
+    def camera(self) -> tuple[float, float]:
+        """Return degrees by which the camera usually stands to the left of where the body looks, and above it."""
+        ahead = np.median(self.view[self.seen][:, :, 2], axis=0) if self.seen.any() else np.array([0.0, 0.0, 1.0])
+        return float(np.degrees(np.arctan2(-ahead[0], ahead[2]))), float(np.degrees(np.arcsin(np.clip(-ahead[1], -1, 1))))
 
 
 def read(found: Landmarks, view: np.ndarray | None = None) -> Pose:
@@ -44,9 +52,9 @@ def read(found: Landmarks, view: np.ndarray | None = None) -> Pose:
         arm = turned[:, [row[side] for row in (SHOULDERS, ELBOWS, WRISTS)]]
         directions[:, list(edges)] = skeleton.normalize(np.diff(arm, axis=1))
     _trunk(directions, turned, seen)
-    _head(directions, found, view, seen)
+    gaze = _head(directions, found, view, seen)
     arms = np.stack([np.minimum(sure[:, ELBOWS[side]], sure[:, WRISTS[side]]) for side in (0, 1)], 1)
-    return Pose(skeleton.normalize(directions), seen, np.where(arms > _SURE, arms, 0.0) * seen[:, None], view, scenes)
+    return Pose(skeleton.normalize(directions), seen, np.where(arms > _SURE, arms, 0.0) * seen[:, None], view, scenes, gaze)
 
 
 def _inside(points: np.ndarray) -> np.ndarray:
@@ -122,13 +130,14 @@ def _trunk(directions: np.ndarray, turned: np.ndarray, seen: np.ndarray) -> None
             directions[:, edge] += sign * (now - usual)
 
 
-def _head(directions: np.ndarray, found: Landmarks, view: np.ndarray, seen: np.ndarray) -> None:
-    """Aim neck and head by the face: turned as it is seen, nodding about the film's usual height of the gaze."""
+def _head(directions: np.ndarray, found: Landmarks, view: np.ndarray, seen: np.ndarray) -> float | None:
+    """Aim neck and head by the face: turned as it is seen, nodding about the film's usual height of the gaze, which is
+    returned in degrees."""
     width, height = found.size
     face = found.face * TO_CANONICAL * [width, height, width]
     ok = seen & np.isfinite(face).all((1, 2))
     if not ok.any():
-        return
+        return None
     face = np.einsum("fij,fkj->fki", view[ok], face[ok])
     across = skeleton.normalize(face[:, 3] - face[:, 2])  # from the right eye to the left one, which lies at -x
     up = face[:, 0] - face[:, 1]
@@ -145,3 +154,4 @@ def _head(directions: np.ndarray, found: Landmarks, view: np.ndarray, seen: np.n
     for edge in (1, 2):
         for axis in range(3):
             directions[:, edge, axis] = np.interp(rows, rows[ok], directions[ok, edge, axis])
+    return float(np.degrees(level))

@@ -98,7 +98,8 @@ def finish(output: str | PathLike) -> None:
 def clean(found: Landmarks) -> tuple[Motion, list[str]]:
     """Return the motion at 15 frames a second of what was seen, and sentences on what was left out of it.
 
-    ``meta["unseen"]`` lists seconds (start, end) without a body or arms: there the motion rests.
+    ``meta["unseen"]`` lists seconds (start, end) without a body or arms: there the motion rests. ``meta["camera"]`` and
+    ``meta["gaze"]`` are as :class:`body.Pose` has them.
     """
     pose = body.read(found)
     at = np.arange(max(int(found.times[-1] * FPS) + 1, 2)) / FPS
@@ -107,7 +108,8 @@ def clean(found: Landmarks) -> tuple[Motion, list[str]]:
     motion = Motion(directions, hands=_hands(found, pose, at, directions, lifted))
     unseen = [(start / FPS, end / FPS) for start, end in _runs(~arms_seen) if end - start > BRIDGED * FPS]
     cuts = [float(found.times[row]) for row in np.flatnonzero(np.diff(pose.scenes) > 0) + 1]
-    about = {"unseen": [[round(a, 3), round(b, 3)] for a, b in unseen], "cuts": [round(cut, 3) for cut in cuts]}
+    about: dict = {"unseen": [[round(a, 3), round(b, 3)] for a, b in unseen], "cuts": [round(cut, 3) for cut in cuts]}
+    about |= {"camera": np.round(pose.camera, 2).tolist(), "gaze": None if pose.gaze is None else round(pose.gaze, 2)}
     notes, lost = [], sum(b - a for a, b in unseen)
     if lost > 0.98 * len(at) / FPS:
         raise CorpusUnreadable("The film never shows a person with both arms.", "Film from the thighs up, from the front.")

@@ -7,9 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...motion import quaternion
+from ...motion.motion import Motion
+from ..capture import viewpoint
 from . import manner
 
-UNKNOWN = "lean", "nod", "tilt"
+UNKNOWN = "lean", "tilt"
 """Figures that a film does not show."""
 Changes = dict[str, tuple[float, float]]
 """What films add to figures in units of :data:`manner.FIGURES`: the mean of several films, and how far these are from it."""
@@ -20,6 +23,20 @@ CHANGES: Changes = {
     "low right": (0.3, 0.5), "low reach": (-0.2, 1.7),
 }  # fmt: skip
 """Those of twelve films of six styles, a woman and a man: ``s2ag evaluate --own-styles`` prints them."""
+
+
+def levelled(motion: Motion) -> np.ndarray:
+    """Return the directions ``(n, 9, 3)`` of a captured motion as a level camera sees them.
+
+    A head that is bowed and a camera that looks down look alike, and arms turn with the camera; who films somebody to learn
+    from has put the camera level, which tells the one from the other."""
+    turn, above = motion.meta.get("camera", (0.0, 0.0))
+    told, level = viewpoint.view(np.array([[turn, above], [turn, 0.0]]))
+    directions = motion.directions.astype(float)
+    directions[:, 3:] = directions[:, 3:] @ (level @ told.T).T
+    bowed = np.radians((motion.meta.get("gaze") or 0.0) + above * np.cos(np.radians(turn)))
+    directions[:, 1:3] = directions[:, 1:3] @ quaternion.to_matrix(quaternion.about(np.array([1.0, 0.0, 0.0]), bowed))
+    return directions
 
 
 def changes(pairs: Sequence[tuple[dict[str, float], dict[str, float]]]) -> Changes:

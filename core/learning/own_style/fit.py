@@ -26,7 +26,7 @@ from . import manner
 from .source import Source
 
 STAGE_SECONDS = 60.0
-"""Seconds of a recording on which trials perform, from its middle."""
+"""Seconds on which trials perform, from the middles of all recordings."""
 ROUNDS, TRIALS, AXES = 5, 18, 14
 """Rounds of trials, trials of each, and axes of the space of styles (principal ones of the speakers) in which they lie."""
 _FIRST = 3
@@ -94,6 +94,21 @@ class Stage:
         return [[motion.directions for motion in motions] for motions in made]
 
 
+def staged(session: Session, sounds: Sequence[Path]) -> Stage:
+    """Return a stage of the middles of recordings, one after the other, as often as makes a minute."""
+    most, parts = round(STAGE_SECONDS * audio.SAMPLE_RATE) // len(sounds), []
+    for sound in sounds:
+        samples = audio.load(sound)
+        start = max(len(samples) - most, 0) // 2
+        parts.append(samples[start : start + most])
+    joined = np.concatenate(parts)
+    with scratch_folder() as folder:
+        with wave.open(str(folder / "stage.wav"), "wb") as file:
+            file.setparams((1, 2, audio.SAMPLE_RATE, 0, "NONE", ""))
+            file.writeframes(np.round(np.clip(joined, -1, 1) * 32767).astype("<i2").tobytes())
+        return Stage(session, folder / "stage.wav", max(round(STAGE_SECONDS * audio.SAMPLE_RATE / len(joined)), 1))
+
+
 def learn(session: Session, source: Source, name: str, progress: Callable[[float], None]) -> tuple[dict, str]:
     """Return a style as :mod:`own_styles` writes it, and its figures beside the source's as text.
 
@@ -101,8 +116,7 @@ def learn(session: Session, source: Source, name: str, progress: Callable[[float
     checkpoint = session.checkpoint
     if not checkpoint.draws or any(accent_selection.speaker_taste(one.get("answers")) is None for one in checkpoint.speakers):
         raise UsageError("These weights have no styles that could be learned.", "Leave out --checkpoint.")
-    with scratch_folder() as folder:
-        found = fit(Stage(session, *_excerpt(source.sound, folder)), source, progress)
+    found = fit(staged(session, source.sounds), source, progress)
     ready = [one.get("semantic", _READY) for one in checkpoint.speakers]
     style = {
         "format": own_styles.FORMAT,
@@ -201,17 +215,6 @@ def _step(tried: np.ndarray, off: np.ndarray, here: np.ndarray, start: np.ndarra
     slopes, now = plane[:-1], plane[-1]
     move = np.linalg.solve(slopes @ slopes.T + _STAY * np.eye(len(here)), _STAY * (start - here) - slopes @ now)
     return here + move * min(1.0, _LONGEST / max(float(np.linalg.norm(move)), 1e-9))
-
-
-def _excerpt(sound: Path, folder: Path) -> tuple[Path, int]:
-    """Write the middle of a recording as .wav; return its path, and how many takes of it are a minute."""
-    samples, most = audio.load(sound), round(STAGE_SECONDS * audio.SAMPLE_RATE)
-    start = max(len(samples) - most, 0) // 2
-    samples = samples[start : start + most]
-    with wave.open(str(folder / "stage.wav"), "wb") as file:
-        file.setparams((1, 2, audio.SAMPLE_RATE, 0, "NONE", ""))
-        file.writeframes(np.round(np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes())
-    return folder / "stage.wav", max(round(most / len(samples)), 1)
 
 
 def _table(source: Source, found: Fit, name: str, like: str) -> str:

@@ -24,13 +24,13 @@ _CLIP = Path(__file__).parents[2] / "assets" / "hello.mp3"
 
 
 class Source(NamedTuple):
-    """A name, the manner, the pose ``(9, 3)`` to wait in (None if not seen), a recording, seconds of motion, and of what a film
+    """A name, the manner, the pose ``(9, 3)`` to wait in (None if not seen), recordings, seconds of motion, and of what a film
     showed, how much each figure counts (:func:`camera.trust`)."""
 
     name: str
     manner: dict[str, float]
     waits: np.ndarray | None
-    sound: Path
+    sounds: Sequence[Path]
     seconds: float
     trust: dict[str, float] | None = None
 
@@ -38,17 +38,18 @@ class Source(NamedTuple):
 def read(paths: Sequence[Path], sound: Path | None = None) -> Source:
     """Read motions of one performer, or a single style to learn again.
 
-    Trials perform ``sound``, by default the recording beside the first file, else the engine's own. Raises :class:`UsageError`
+    Trials perform ``sound``, by default the recordings beside the files, else the engine's own. Raises :class:`UsageError`
     for too little motion, and the errors of reading files."""
     for path in paths:
         open_file(path).close()  # readers that open files by themselves would wait for a pipe
     first = paths[0]
-    beside = next((path for suffix in _SOUNDS if (path := first.with_suffix(suffix)).is_file()), _CLIP)
+    beside = [next((heard for one in _SOUNDS if (heard := path.with_suffix(one)).is_file()), None) for path in paths]
+    sounds = [sound] if sound else [path for path in beside if path] or [_CLIP]
     if first.suffix.lower() == own_styles.SUFFIX and len(paths) == 1:
         style = own_styles.read(first)
-        return Source(style["name"], style["manner"], np.array(style["rest"]), sound or beside, float(style["seconds"]))
+        return Source(style["name"], style["manner"], np.array(style["rest"]), sounds, float(style["seconds"]))
     motions = [motion_files.load(path) for path in paths]
-    found = of_motions(first.stem, [piece for motion in motions for piece in seen(motion)], sound or beside)
+    found = of_motions(first.stem, [piece for motion in motions for piece in seen(motion)], sounds)
     filmed = all("captured" in motion.meta for motion in motions)
     return of_film(found) if filmed else found
 
@@ -58,7 +59,7 @@ def of_film(found: Source, added: camera.Changes = camera.CHANGES) -> Source:
     return found._replace(manner=camera.undone(found.manner, added), waits=None, trust=camera.trust(added))
 
 
-def of_motions(name: str, motions: Sequence[np.ndarray], sound: Path) -> Source:
+def of_motions(name: str, motions: Sequence[np.ndarray], sounds: Sequence[Path]) -> Source:
     """Measure motions ``(frames, 9, 3)`` at 15 frames a second; raises :class:`UsageError` for too little."""
     seconds = sum(map(len, motions)) / skeleton.FPS
     if seconds < SHORTEST:
@@ -67,12 +68,13 @@ def of_motions(name: str, motions: Sequence[np.ndarray], sound: Path) -> Source:
     figures = manner.measure(motions)
     if figures["rest"] > 1 - _MOVED:
         raise UsageError(f"Hardly anything moves in {name}.", "Give motions in which somebody talks with the hands.")
-    return Source(name, figures, manner.waiting_pose(motions), sound, seconds)
+    return Source(name, figures, manner.waiting_pose(motions), sounds, seconds)
 
 
 def seen(motion: Motion) -> list[np.ndarray]:
     """Return the pieces ``(frames, 9, 3)`` of a motion at 15 frames a second, without what a capture has not seen."""
-    directions = motion.resampled(skeleton.FPS).directions
+    motion = motion.resampled(skeleton.FPS)
+    directions = camera.levelled(motion) if "camera" in motion.meta else motion.directions
     there = np.ones(len(directions), bool)
     for start, end in motion.meta.get("unseen", ()):
         there[round(start * skeleton.FPS) : round(end * skeleton.FPS)] = False

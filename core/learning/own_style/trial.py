@@ -59,6 +59,7 @@ class Trial:
         self._every = [one["name"] for one in session.styles()]
         self.names, self._known = list(known), list(known.values())
         self._stages = [fit.Stage(session, sound) for sound in sounds]
+        self._session = session
         self.sources = self._performances(_SOURCES, 0, 1 + len(takes))
         self.manners = {name: manner.measure(pieces) for name, pieces in self.sources.items()}
         rows = [self._performances(seed, 1 + number, 1 + len(takes)) for number, seed in enumerate(takes)]
@@ -76,22 +77,22 @@ class Trial:
 
     def from_motions(self, names: Sequence[str]) -> list[source.Source]:
         """Return styles as they perform."""
-        return [source.of_motions(name, self.sources[name], self.sounds[0]) for name in names]
+        return [source.of_motions(name, self.sources[name], self.sounds) for name in names]
 
     def from_films(self, captured: dict[str, list[Motion]]) -> tuple[list[source.Source], camera.Changes]:
         """Return styles as films showed them, each without what films of the others add, and what films add to all."""
         pieces = {name: [piece for motion in motions for piece in source.seen(motion)] for name, motions in captured.items()}
-        found = [source.of_motions(name, parts, self.sounds[0]) for name, parts in pieces.items()]
+        found = [source.of_motions(name, parts, self.sounds) for name, parts in pieces.items()]
         pairs = {one.name: (one.manner, self.manners[one.name]) for one in found}
         others = {name: camera.changes([pair for other, pair in pairs.items() if other != name]) for name in pairs}
         return [source.of_film(one, others[one.name]) for one in found], camera.changes(list(pairs.values()))
 
     def learned(self, sources: Sequence[source.Source]) -> tuple[list[Row], dict[str, list[np.ndarray]]]:
         """Learn a style from each source; return how near each is, and what each performed."""
-        rows, made = [], {}
+        rows, made, stage = [], {}, fit.staged(self._session, self.sounds)
         for number, one in enumerate(sources):
             name, tell = one.name, lambda share, number=number: self._tell("learn", (number + share) / len(sources))
-            found = fit.fit(self._stages[0], one, tell)
+            found = fit.fit(stage, one, tell)
             made[name] = [stage.show([found.style], seed)[0][0] for stage in self._stages for seed in _LEARNED]
             rows.append(self.row(name, made[name], self._every[int(np.argmax(found.shares))]))
         return rows, made

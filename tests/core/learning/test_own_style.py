@@ -2,7 +2,6 @@
 
 import json
 import wave
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -65,7 +64,7 @@ def test_what_was_learned_is_nearer_to_its_source(stage, acted, voice, monkeypat
         monkeypatch.setattr(fit, name, less)
     manners = {name: manner.measure(motions) for name, motions in acted.items()}
     for name, other in (FAR_APART, FAR_APART[::-1]):
-        found = fit.fit(stage, source.of_motions(name, acted[name], voice))
+        found = fit.fit(stage, source.of_motions(name, acted[name], [voice]))
         made = manner.measure([stage.show([found.style], seed)[0][0] for seed in (11, 12, 13)])
         assert manner.apart(made, manners[name]) < manner.apart(made, manners[other])
 
@@ -87,7 +86,7 @@ def test_what_a_film_adds_is_taken_back_and_what_it_hides_is_left_out(acted, voi
     filmed = {name: {**one, "speed": one["speed"] - 0.17, "lean": one["lean"] + 9} for name, one in figures.items()}
     added = camera.changes([(filmed["stern"], figures["stern"]), ({**filmed["stern"], "open": 9.0}, figures["stern"])])
     assert added["speed"] == pytest.approx((-2.0, 0.0)) and "lean" not in added
-    heard = source.of_motions("coach", acted["coach"], voice)
+    heard = source.of_motions("coach", acted["coach"], [voice])
     again = source.of_film(heard._replace(manner=filmed["coach"]), {**added, "open": (0.0, added["open"][1])})
     assert again.manner["speed"] == pytest.approx(figures["coach"]["speed"]) and "lean" not in again.manner
     assert again.trust["speed"] == pytest.approx(1.0) and again.trust["open"] < 0.01
@@ -160,4 +159,4 @@ def test_what_was_not_seen_is_left_out(acted, tmp_path):
     (tmp_path / "talk.wav").write_bytes(b"")
     found = source.read([tmp_path / "talk.npz"])
     assert found.seconds == pytest.approx(len(motion) / 15 - 10, abs=0.1)
-    assert found.sound == Path(tmp_path / "talk.wav")
+    assert found.sounds == [tmp_path / "talk.wav"]
