@@ -14,7 +14,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the option."""
     learned = (
         "perform the recordings (--human) in six styles, film and capture that, learn styles from motions and films, and "
-        "compare these with their sources; the films stay in --report; with --material also how far all are told from people"
+        "compare these with their sources; the films stay in --report; with --material also how far all are told from people; "
+        "with --choosing film five other styles and tell what films add to figures of manner"
     )
     parser.add_argument("--own-styles", action="store_true", help=learned)
 
@@ -36,6 +37,9 @@ def run(options: argparse.Namespace, recordings: Sequence[Path], checkpoint: Pat
     films = options.report / "films"
     with Progress() as progress:
         filmed = lambda motions: filming.through_films(films, motions, blender.run, progress)  # noqa: E731
+        if options.choosing:
+            print(trial.choose(Session(checkpoint), recordings, progress, filmed))
+            return 0
         page = trial.run(Session(checkpoint), recordings, trial.USUAL, progress, filmed, options.material)
     print(page)
     with atomic_file(options.report / "own-styles.md") as temporary:

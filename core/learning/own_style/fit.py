@@ -16,7 +16,7 @@ import numpy as np
 from ... import own_styles
 from ...errors import UsageError
 from ...files import scratch_folder
-from ...motion import rest, skeleton
+from ...motion import quaternion, rest, skeleton
 from ...sound import audio
 from ...synthesis import accent_selection, generation, postprocess
 from ...synthesis.request import Request
@@ -25,13 +25,13 @@ from ...synthesis.stages import Stages
 from . import manner
 from .source import Source
 
-STAGE_SECONDS = 60.0
+STAGE_SECONDS = 120.0
 """Seconds on which trials perform, from the middles of all recordings."""
 ROUNDS, TRIALS, AXES = 5, 18, 14
 """Rounds of trials, trials of each, and axes of the space of styles (principal ones of the speakers) in which they lie."""
 _FIRST = 3
 """Performances of each speaker before the first round."""
-_BATCH, _SURE, _SURE_OF_FILMS = 6, 8.0, 2.0
+_BATCH, _SURE, _SURE_OF_FILMS = 6, 8.0, 4.0
 """Performances at once; squared distance of manners at which a speaker is less likely by the factor e, of sources that are
 motions, and of films, of which figures count less."""
 _REACH, _NEAR, _PRIOR, _STAY, _LONGEST = 0.35, 1.0, 0.3, 4.0, 1.5
@@ -95,7 +95,7 @@ class Stage:
 
 
 def staged(session: Session, sounds: Sequence[Path]) -> Stage:
-    """Return a stage of the middles of recordings, one after the other, as often as makes a minute."""
+    """Return a stage of the middles of recordings, one after the other, as often as makes two minutes."""
     most, parts = round(STAGE_SECONDS * audio.SAMPLE_RATE) // len(sounds), []
     for sound in sounds:
         samples = audio.load(sound)
@@ -148,8 +148,11 @@ def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda
     off = ((counts * (found - target)) ** 2).sum(1) / (_SURE_OF_FILMS if source.trust else _SURE)
     shares = np.exp(off.min() - off)
     shares /= shares.sum()
-    usual = skeleton.normalize(np.tensordot(shares, np.stack([one.rest for one in known]), 1))
-    waits = usual if source.waits is None else source.waits
+    waits = source.waits
+    if waits is None:
+        waits = skeleton.normalize(np.tensordot(shares, np.stack([one.rest for one in known]), 1))
+        nod = list(manner.FIGURES).index("nod")
+        waits = _bowed(waits, (target - shares @ found)[nod] * _SCALES[nod]) if counts[nod] else waits
     centre = places.mean(0)
     tried, sizes, axes = np.linalg.svd(places - centre, full_matrices=False)
     tried, axes = tried[:, :AXES] * np.sqrt(len(known)), (sizes[:, None] * axes)[:AXES] / np.sqrt(len(known))
@@ -165,6 +168,12 @@ def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda
     apart = [manner.apart(source.manner, one, source.trust) for one in manners]
     best = apart.index(min(apart))
     return Fit(ends[best], shares, manners[best], apart[0])
+
+
+def _bowed(pose: np.ndarray, degrees: float) -> np.ndarray:
+    """Return a pose ``(9, 3)`` whose head is bowed further."""
+    turn = quaternion.to_matrix(quaternion.about(np.array([1.0, 0.0, 0.0]), np.radians(degrees)))
+    return np.concatenate([pose[:1], pose[1:3] @ turn, pose[3:]])
 
 
 def speakers(checkpoint: Any) -> list[Style]:

@@ -50,8 +50,10 @@ def read(paths: Sequence[Path], sound: Path | None = None) -> Source:
         return Source(style["name"], style["manner"], np.array(style["rest"]), sounds, float(style["seconds"]))
     motions = [motion_files.load(path) for path in paths]
     found = of_motions(first.stem, [piece for motion in motions for piece in seen(motion)], sounds)
-    filmed = all("captured" in motion.meta for motion in motions)
-    return of_film(found) if filmed else found
+    if not all("captured" in motion.meta for motion in motions):
+        return found
+    faced = all(motion.meta.get("gaze") is not None for motion in motions)
+    return of_film(found, {name: change for name, change in camera.CHANGES.items() if faced or name != "nod"})
 
 
 def of_film(found: Source, added: camera.Changes = camera.CHANGES) -> Source:

@@ -17,6 +17,10 @@ from ..evaluate import speaker_identification, talk_judge, talk_people
 from . import camera, fit, manner, source
 
 USUAL = "stern", "grand orator", "left-handed joker", "shy student", "coach", "thoughtful explainer"
+CHOSEN = "eager storyteller", "nervous", "news anchor", "sales rep", "deadpan"
+"""Styles that are reported, and those of which films tell what films add to all."""
+_PIECE = 10.0, 34.0
+"""Seconds of the recordings that these are filmed in."""
 _SOURCES, _JUDGED, _LEARNED = 100, (600, 700, 800), (200, 300, 400, 500)
 """First seeds: of the sources, of what the judge of speakers learns from, of what was learned."""
 _WINDOW = 17.5
@@ -79,13 +83,10 @@ class Trial:
         """Return styles as they perform."""
         return [source.of_motions(name, self.sources[name], self.sounds) for name in names]
 
-    def from_films(self, captured: dict[str, list[Motion]]) -> tuple[list[source.Source], camera.Changes]:
-        """Return styles as films showed them, each without what films of the others add, and what films add to all."""
+    def from_films(self, captured: dict[str, list[Motion]]) -> list[source.Source]:
+        """Return styles as films showed them."""
         pieces = {name: [piece for motion in motions for piece in source.seen(motion)] for name, motions in captured.items()}
-        found = [source.of_motions(name, parts, self.sounds) for name, parts in pieces.items()]
-        pairs = {one.name: (one.manner, self.manners[one.name]) for one in found}
-        others = {name: camera.changes([pair for other, pair in pairs.items() if other != name]) for name in pairs}
-        return [source.of_film(one, others[one.name]) for one in found], camera.changes(list(pairs.values()))
+        return [source.of_film(source.of_motions(name, parts, self.sounds)) for name, parts in pieces.items()]
 
     def learned(self, sources: Sequence[source.Source]) -> tuple[list[Row], dict[str, list[np.ndarray]]]:
         """Learn a style from each source; return how near each is, and what each performed."""
@@ -116,12 +117,27 @@ class Trial:
         return [self.row(name, motions) for name, motions in made.items()], made
 
 
+def choose(session: Session, sounds: Sequence[Path], tell: Tell, filmed: Filmed) -> str:
+    """Return how figures are read from films, of films of :data:`CHOSEN`, as :data:`camera.CHANGES` is written."""
+    names, pieces = [one["name"] for one in session.styles()], slice(*(round(part * skeleton.FPS) for part in _PIECE))
+    shown = [fit.Stage(session, sound).show(fit.speakers(session.checkpoint), _SOURCES) for sound in sounds]
+    motions = {name: [stage[names.index(name)][0][pieces] for stage in shown] for name in CHOSEN}
+    seen = filmed(motions)
+    pairs = [
+        (manner.measure(source.seen(made)), manner.measure([true]))
+        for name in CHOSEN
+        for made, true in zip(seen[name], motions[name], strict=True)
+    ]
+    lines = [f'"{name}": ({", ".join(f"{part:.2f}" for part in parts)}),' for name, parts in camera.changes(pairs).items()]
+    return "\n".join([f"Of {len(pairs)} films:", *lines])
+
+
 def run(
     session: Session, sounds: Sequence[Path], styles: Sequence[str], tell: Tell, filmed: Filmed, material: Path | None
 ) -> str:
     """Return the tables as Markdown; with ``material`` (``rocketbox_clips/``) also how far all are told from people."""
     trial = Trial(session, sounds, tell)
-    sources, added = trial.from_films(filmed({name: trial.sources[name] for name in styles}))
+    sources = trial.from_films(filmed({name: trial.sources[name] for name in styles}))
     companies = {
         "shipped": trial.shipped(styles),
         "motions": trial.learned(trial.from_motions(styles)),
@@ -130,7 +146,6 @@ def run(
     pages = [f"Learned from {kind}:\n\n{table(rows)}" for kind, (rows, _) in companies.items() if kind != "shipped"]
     right = np.mean([row.shares[row.name] for row in companies["shipped"][0]])
     pages.append(f"Of windows of these styles themselves, the judge of speakers ascribes {right:.0%} to the right one.")
-    pages.append("Films add: " + ", ".join(f'"{name}": ({more:.1f}, {spread:.1f})' for name, (more, spread) in added.items()))
     if material is not None:
         tell("judge", 0)
         people = talk_people.load(material)

@@ -85,9 +85,9 @@ def test_what_a_film_adds_is_taken_back_and_what_it_hides_is_left_out(acted, voi
     figures = {name: manner.measure(motions) for name, motions in acted.items()}
     filmed = {name: {**one, "speed": one["speed"] - 0.17, "lean": one["lean"] + 9} for name, one in figures.items()}
     added = camera.changes([(filmed["stern"], figures["stern"]), ({**filmed["stern"], "open": 9.0}, figures["stern"])])
-    assert added["speed"] == pytest.approx((-2.0, 0.0)) and "lean" not in added
+    assert added["speed"] == pytest.approx((1.0, 2.0, 0.0)) and "lean" not in added
     heard = source.of_motions("coach", acted["coach"], [voice])
-    again = source.of_film(heard._replace(manner=filmed["coach"]), {**added, "open": (0.0, added["open"][1])})
+    again = source.of_film(heard._replace(manner=filmed["coach"]), {**added, "open": (1.0, 0.0, 30.0)})
     assert again.manner["speed"] == pytest.approx(figures["coach"]["speed"]) and "lean" not in again.manner
     assert again.trust["speed"] == pytest.approx(1.0) and again.trust["open"] < 0.01
     assert manner.apart(again.manner, figures["coach"], again.trust) < 1e-6
@@ -98,6 +98,34 @@ def test_what_a_film_adds_is_taken_back_and_what_it_hides_is_left_out(acted, voi
     monkeypatch.setattr(stage, "known", others / fit._SCALES)
     found = fit.fit(stage, again)
     assert found.shares.argmax() == 7 and np.allclose(found.style.rest, fit.speakers(stage.checkpoint)[7].rest, atol=0.1)
+
+
+def test_films_of_the_still_are_read_with_another_factor_than_those_of_the_lively(acted):
+    """A camera that takes a fifth of all deviations and trembles is undone, the more surely the more films differ."""
+    figures = manner.measure(acted["coach"])
+    pairs = []
+    for more in (-8.0, -3.0, 0.0, 4.0, 7.0):
+        true = {**figures, "speed": figures["speed"] + more * manner.FIGURES["speed"]}
+        pairs.append(({**true, "speed": figures["speed"] + (0.8 * more - 1) * manner.FIGURES["speed"]}, true))
+    added = camera.changes(pairs)
+    assert added["speed"][0] == pytest.approx(1.2, abs=0.06) and added["speed"][2] < 0.6
+    for seen, true in pairs:
+        assert camera.undone(seen, added)["speed"] == pytest.approx(true["speed"], abs=0.6 * manner.FIGURES["speed"])
+    assert set(camera.CHANGES) == set(manner.FIGURES) - set(camera.UNKNOWN)
+
+
+def test_a_level_camera_tells_how_the_head_is_held(acted):
+    """Arms turn back by what the estimated camera is not level, and the face's usual angle becomes a bow of the head."""
+    taken = acted["coach"][0]
+    motion = Motion(taken, meta={"camera": [0.0, -6.0], "gaze": 9.0})
+    level, again = camera.levelled(motion), camera.levelled(Motion(taken, meta={"camera": [0.0, 0.0], "gaze": 0.0}))
+    np.testing.assert_allclose(again, taken, atol=1e-6)
+    angle = np.arctan2(level[..., 2], -level[..., 1]) - np.arctan2(taken[..., 2], -taken[..., 1])
+    angle = np.degrees((angle + np.pi) % (2 * np.pi) - np.pi)
+    np.testing.assert_allclose(np.abs(angle[:, 3:]), 6, atol=0.01)
+    assert manner.measure([level])["nod"] - manner.measure([taken])["nod"] == pytest.approx(3, abs=0.1)
+    whole = fit._bowed(taken[0].astype(float), 3.0)
+    np.testing.assert_allclose(whole[1:3], level[0, 1:3], atol=1e-6)
 
 
 def test_a_style_is_numbers_of_a_flat_space_and_back(session):
