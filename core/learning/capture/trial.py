@@ -71,7 +71,7 @@ def compare(shot: filmed.Shot, path: Path, found: Landmarks) -> Row:
         at = np.clip(np.searchsorted(found.times, np.arange(count) / made.fps), 0, len(found) - 1)
         palms = np.where(shown[at], _degrees(made.hands.palms[:count], truth.hands.palms[:count]), np.nan)[seen]
     edges = {edge: off[:, edge] for edge in EDGES}
-    told = count_strokes(truth.directions[:count], made.directions[:count])
+    told = count_strokes(truth.directions, made.directions)
     return Row(shot, path == shot.worse, edges, palms, told, float(seen.mean()))
 
 
@@ -103,14 +103,14 @@ def _degrees(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def count_strokes(truth: np.ndarray, made: np.ndarray) -> tuple[int, int, int, int]:
-    """Return how many strokes a motion ``(n, 9, 3)`` has, how many of them a captured one shows, how many strokes that one
+    """Return how many strokes a motion ``(frames, 9, 3)`` has, how many of them a captured one shows, how many strokes that one
     has, and how many of these are none in the first.
 
     A stroke is a peak of a wrist's speed, as :mod:`strokes` finds them, in which the wrist goes 10 centimetres. The other
     motion shows it by a stroke of the same hand within 0.2 seconds that is at least half as large, fast and prominent as a
     stroke must be; each answers one alone."""
-    counts = np.zeros(4, int)
-    for one, other in zip(*(strokes.wrist_speeds(part).T for part in (truth, made)), strict=True):
+    counts, both = np.zeros(4, int), min(len(truth), len(made))
+    for one, other in zip(*(strokes.wrist_speeds(part[:both]).T for part in (truth, made)), strict=True):
         wanted, got = _strokes(one), _strokes(other)
         counts += len(wanted), _met(wanted, _strokes(other, _SHARE)), len(got), len(got) - _met(got, _strokes(one, _SHARE))
     return tuple(counts.tolist())

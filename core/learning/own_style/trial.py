@@ -13,6 +13,7 @@ import numpy as np
 from ...motion import skeleton
 from ...motion.motion import Motion
 from ...synthesis.session import Session
+from ..capture import trial as films
 from ..evaluate import speaker_identification, talk_judge, talk_people
 from . import camera, fit, manner, source
 
@@ -137,7 +138,8 @@ def run(
 ) -> str:
     """Return the tables as Markdown; with ``material`` (``rocketbox_clips/``) also how far all are told from people."""
     trial = Trial(session, sounds, tell)
-    sources = trial.from_films(filmed({name: trial.sources[name] for name in styles}))
+    captured = filmed({name: trial.sources[name] for name in styles})
+    sources = trial.from_films(captured)
     companies = {
         "shipped": trial.shipped(styles),
         "motions": trial.learned(trial.from_motions(styles)),
@@ -146,6 +148,10 @@ def run(
     pages = [f"Learned from {kind}:\n\n{table(rows)}" for kind, (rows, _) in companies.items() if kind != "shipped"]
     right = np.mean([row.shares[row.name] for row in companies["shipped"][0]])
     pages.append(f"Of windows of these styles themselves, the judge of speakers ascribes {right:.0%} to the right one.")
+    pairs = [pair for name in styles for pair in zip(trial.sources[name], captured[name], strict=True)]
+    told = [films.count_strokes(true, made.directions) for true, made in pairs]
+    wanted, hits, got, extra = np.sum(told, axis=0)
+    pages.append(f"Of {wanted} strokes films showed {hits / wanted:.0%}; of {got} captured ones {extra / got:.0%} are made up.")
     if material is not None:
         tell("judge", 0)
         people = talk_people.load(material)

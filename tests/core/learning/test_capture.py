@@ -8,7 +8,7 @@ import pytest
 from s2ag.core.cli.main import main
 from s2ag.core.errors import CorpusUnreadable, EngineMissing, UsageError
 from s2ag.core.files import sha256
-from s2ag.core.learning.capture import estimator, film, hands, motion, people, smoothing, weights
+from s2ag.core.learning.capture import estimator, film, filmed, hands, motion, people, smoothing, trial, weights
 from s2ag.core.learning.capture.landmarks import Landmarks
 from s2ag.core.learning.own_style import filming
 from s2ag.core.motion import skeleton
@@ -135,6 +135,35 @@ def test_films_of_performers_are_not_made_or_looked_at_again(tmp_path):
     made = filming.through_films(tmp_path, {"the coach": [piece]}, None, lambda stage, share: None)
     assert len(made["the coach"]) == 1 and made["the coach"][0].meta["unseen"] == []
     assert np.array_equal(Motion.load(path.with_suffix(".npz")).directions, piece)
+
+
+def test_strokes_are_counted_for_each_hand_and_each_once():
+    """A still right hand loses its strokes, one that trembles makes some up, and a late motion answers none."""
+    both = performed(600)[::2]
+    both[:, [7, 8]] = (both[:, [4, 5]] * [-1, 1, 1])[np.clip(np.arange(len(both)) - 3, 0, None)]
+    count, found, same, extra = trial.count_strokes(both, both)
+    assert count == found == same > 60 and extra == 0
+    still = both.copy()
+    still[:, [7, 8]] = both[0, [7, 8]]
+    left = trial.count_strokes(still, still)[0]
+    assert 0.4 * count < left < 0.6 * count
+    assert trial.count_strokes(both, still) == (count, left, left, 0)
+    assert trial.count_strokes(still, both) == (left, left, count, count - left)
+    smaller = skeleton.normalize(0.75 * both + 0.25 * both.mean(0))
+    assert trial.count_strokes(both, smaller)[1] == count
+    late = np.roll(both, 4, axis=0)  # strokes are 7 and 8 frames apart in turn: every other one lies within 3 of the next
+    assert 0.4 * count < trial.count_strokes(both, late)[1] < 0.6 * count
+
+
+def test_films_of_other_characters_have_their_names(tmp_path):
+    shots = filmed.plan(tmp_path, [("human", "male"), (str(tmp_path / "Old Man.blend"), "female")])
+    assert len(shots) == 12 and shots[0].name == "male-front-studio" and shots[-1].name == "Old Man-aside-dim"
+    rows = [
+        trial.Row(shot, False, {edge: np.full(9, 5.0) for edge in trial.EDGES}, np.zeros((0, 2)), (10, 9, 8, 2), 1.0)
+        for shot in shots
+    ]
+    lines = trial.table(rows).splitlines()
+    assert "| character Old Man (6) | 5.0° | 5.0° | 5.0° | 5.0° | - | 90% of 60 | 25% of 48 | 100% |" in lines
 
 
 def test_who_speaks_is_chosen_and_who_is_named(tmp_path):
