@@ -23,6 +23,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="OUT.npz", type=Path, required=True, help=where)
     who = "who, of several: a number from the left, left or right (default: the one who speaks, else the largest)"
     parser.add_argument("--person", metavar="N", help=who)
+    stood = "degrees that the camera stands to the performer's left and above, where you know them (default: estimated)"
+    parser.add_argument("--camera", metavar=("LEFT", "ABOVE"), type=float, nargs=2, help=stood)
     add_words(parser.add_mutually_exclusive_group(), no_transcript=True)
     parser.set_defaults(wordless="the motion has no words")
     share_lines.configure(parser)
@@ -38,11 +40,12 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError(f"{options.output} is no .npz.", "Name the motion OUT.npz; s2ag animate writes other formats of it.")
     check_output(options.output)
     estimator.python()  # raise errors now
-    file, text, heard = words_from(options)
-    ways = TranscriptOptions(Cache(default_folder()), recognise=heard)
+    file, text, recognise = words_from(options)
+    ways = TranscriptOptions(Cache(default_folder()), recognise=recognise)
     with share_lines.chosen(options, "look") as progress:
         try:
-            made = motion.capture(options.audio, options.output, options.person, (file, text), ways, progress)
+            heard = (file, text), ways, progress
+            made = motion.capture(options.audio, options.output, options.person, *heard, options.camera)
         except KeyboardInterrupt:
             note("Stopped; the same command goes on from here.")
             raise

@@ -1,9 +1,9 @@
 """Films known motions for ``s2ag evaluate --capture``: one character, seen by several cameras and in several lights.
 
 ``python -m s2ag.s2ag_blender.render.capture_films JOB.json`` with the fields ``character``, ``gender``, ``fps``,
-``resolution`` and ``shots``: each a ``motion`` (.npz), ``camera`` (:data:`CAMERAS`, or such numbers for each frame), ``light``
-(:data:`LIGHTS`, or such a pair) and ``output`` (.mp4). With ``look``, a number, colours and girth are drawn by chance, and
-edges are rough: films to learn from.
+``resolution`` and ``shots``: each a ``motion`` (.npz), ``camera`` (four numbers as of ``core/learning/capture/filmed.py``, or
+such for each frame), ``light`` (a studio light of Blender, and the exposure in stops) and ``output`` (.mp4). With ``look``, a
+number, colours and girth are drawn by chance, and edges are rough: films to learn from.
 """
 
 import sys
@@ -20,15 +20,6 @@ from .. import program
 from ..characters.character import Character
 from . import stage
 
-CAMERAS = {
-    "front": (6.0, 2.0, 60.0, 0.42),
-    "desk": (-10.0, -7.0, 28.0, 0.46),
-    "aside": (30.0, 11.0, 40.0, 0.42),
-}
-"""Degrees to the performer's left and upwards from where the performer looks, focal length in millimetres on a sensor of 36,
-and the lowest height seen, in body heights: a long lens on a stand, a telephone on a desk, one held by somebody at the side."""
-LIGHTS = {"studio": ("paint.sl", 0.0), "dim": ("rim.sl", -0.7)}
-"""Blender's studio light, and the exposure in stops."""
 _GIRTH, _SKIN = (-0.006, 0.014), np.array([0.75, 0.5, 0.38])
 """Metres by which clothes become wider, and a colour of skin."""
 _HIGHEST = 1.08
@@ -57,9 +48,8 @@ def perform(job: dict, voice: program.EventWriter) -> dict:
         motion = Motion.load(shot["motion"])
         apply_motion(character.armature, motion, 1, scene=scene, mapping=character.mapping)
         scene.frame_start, scene.frame_end = 1, int((len(motion.directions) - 1) / motion.fps * job["fps"]) + 1
-        _stand(scene, place, CAMERAS[shot["camera"]] if isinstance(shot["camera"], str) else shot["camera"])
-        light = LIGHTS[shot["light"]] if isinstance(shot["light"], str) else shot["light"]
-        settings.display.shading.studio_light, settings.view_settings.exposure = light
+        _stand(scene, place, shot["camera"])
+        settings.display.shading.studio_light, settings.view_settings.exposure = shot["light"]
         if "look" in shot:
             _disguise(scene, character, bodies, np.random.default_rng(shot["look"]))
         share = lambda done, number=number: voice.progress("film", (number + done) / len(job["shots"]))  # noqa: E731

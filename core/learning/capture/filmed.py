@@ -17,8 +17,15 @@ from ...synthesis.session import Session
 from . import film
 
 CHARACTERS = (("human", "female"), ("human", "male"), ("mannequin", "female"))
-CAMERAS, LIGHTS = ("front", "desk", "aside"), ("studio", "dim")
-"""As in ``s2ag_blender/render/capture_films.py``."""
+CAMERAS = {
+    "front": (6.0, 2.0, 60.0, 0.42),
+    "desk": (-10.0, -7.0, 28.0, 0.46),
+    "aside": (30.0, 11.0, 40.0, 0.42),
+}
+"""Degrees to the performer's left and upwards from where the performer looks, focal length in millimetres on a sensor of 36,
+and the lowest height seen, in body heights: a long lens on a stand, a telephone on a desk, one held by somebody at the side."""
+LIGHTS = {"studio": ("paint.sl", 0.0), "dim": ("rim.sl", -0.7)}
+"""Blender's studio light, and the exposure in stops."""
 RATE, SIZE = 15, (800, 448)
 SECONDS = 4.0
 _NOISE, _QUALITY = 8.0, 34
@@ -74,7 +81,8 @@ def make(shots: Sequence[Shot], recordings: Sequence[Path], run: Run, tell: Call
     for character, gender in dict.fromkeys((shot.character, shot.gender) for shot in missing):
         own = [shot for shot in missing if (shot.character, shot.gender) == (character, gender)]
         parts = [
-            {"motion": str(shot.motion), "camera": shot.camera, "light": shot.light, "output": str(shot.film)} for shot in own
+            {"motion": str(shot.motion), "camera": CAMERAS[shot.camera], "light": LIGHTS[shot.light], "output": str(shot.film)}
+            for shot in own
         ]
         job = own[0].folder / f"{own[0].who}.job"
         content = {"character": character, "gender": gender, "fps": RATE, "resolution": SIZE, "shots": parts}

@@ -19,7 +19,7 @@ from ...motion.skeleton import FPS
 from ...sound import audio
 from ...version import VERSION
 from ...words.transcript import TranscriptOptions, timed_transcript
-from . import body, estimator, hands, lifting, people, smoothing
+from . import body, estimator, hands, lifting, people, smoothing, viewpoint
 from .landmarks import Landmarks
 
 BRIDGED = 0.5
@@ -62,18 +62,20 @@ def capture(
     words: tuple[str | PathLike | None, str | None] = (None, None),
     options: TranscriptOptions | None = None,
     progress: Callable[[str, float], None] = lambda stage, share: None,
+    camera: Sequence[float] | None = None,
 ) -> Captured:
     """Return the motion of a person in a film.
 
     What has been seen is kept beside ``output`` until :func:`finish`; the same call goes on from it. ``person`` counts those in
     the picture from the left, 1 being the first; None takes the one who speaks, else the largest. ``words`` are a transcript
-    file or a text. Raises :class:`EngineMissing`, :class:`CorpusUnreadable`, :class:`TranscriptUnreadable`.
+    file or a text; ``camera`` is as :func:`clean` takes it. Raises :class:`EngineMissing`, :class:`CorpusUnreadable`,
+    :class:`TranscriptUnreadable`.
     """
     path = Path(path)
     sound = _sound(path)
     region, notes = people.choose(path, person, sound, lambda share: progress("find people", share))
     found = estimator.look(path, region, kept_beside(output), lambda share: progress("look", share))
-    motion, left_out = clean(found)
+    motion, left_out = clean(found, camera)
     notes += left_out
     spoken: Sequence = ()
     if sound is not None:
@@ -95,13 +97,15 @@ def finish(output: str | PathLike) -> None:
     kept_beside(output).unlink(missing_ok=True)
 
 
-def clean(found: Landmarks) -> tuple[Motion, list[str]]:
+def clean(found: Landmarks, camera: Sequence[float] | None = None) -> tuple[Motion, list[str]]:
     """Return the motion at 15 frames a second of what was seen, and sentences on what was left out of it.
 
+    ``camera``, where it is known, are degrees that the camera stands to the performer's left and above.
+
     ``meta["unseen"]`` lists seconds (start, end) without a body or arms: there the motion rests. ``meta["camera"]`` and
-    ``meta["gaze"]`` are as :class:`body.Pose` has them.
+    ``meta["gaze"]`` are as :class:`body.Pose` has them, but that a camera that is known is as good as level.
     """
-    pose = body.read(found)
+    pose = body.read(found, None if camera is None else viewpoint.view(np.tile(camera, (len(found), 1))))
     at = np.arange(max(int(found.times[-1] * FPS) + 1, 2)) / FPS
     lifted = lifting.lift(found, pose, at)
     directions, arms_seen = _directions(found, pose, at, lifted)
@@ -109,7 +113,8 @@ def clean(found: Landmarks) -> tuple[Motion, list[str]]:
     unseen = [(start / FPS, end / FPS) for start, end in _runs(~arms_seen) if end - start > BRIDGED * FPS]
     cuts = [float(found.times[row]) for row in np.flatnonzero(np.diff(pose.scenes) > 0) + 1]
     about: dict = {"unseen": [[round(a, 3), round(b, 3)] for a, b in unseen], "cuts": [round(cut, 3) for cut in cuts]}
-    about |= {"camera": np.round(pose.camera, 2).tolist(), "gaze": None if pose.gaze is None else round(pose.gaze, 2)}
+    stood = pose.camera if camera is None else (camera[0], 0.0)
+    about |= {"camera": np.round(stood, 2).tolist(), "gaze": None if pose.gaze is None else round(pose.gaze, 2)}
     notes, lost = [], sum(b - a for a, b in unseen)
     if lost > 0.98 * len(at) / FPS:
         raise CorpusUnreadable("The film never shows a person with both arms.", "Film from the thighs up, from the front.")

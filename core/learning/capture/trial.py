@@ -24,7 +24,7 @@ least speed, prominence and way of strokes from which on a movement answers one.
 @dataclass(frozen=True)
 class Row:
     """Figures of one film: median degrees of arm edges and palms, strokes filmed, found, captured and made up, share of frames
-    seen."""
+    seen, and whether the camera's place was told."""
 
     shot: filmed.Shot
     half: bool
@@ -32,6 +32,7 @@ class Row:
     palms: np.ndarray
     strokes: tuple[int, int, int, int]
     seen: float
+    known: bool = False
 
 
 def run(
@@ -53,13 +54,14 @@ def run(
     for number, (shot, path) in enumerate(films):
         tell("look", number / len(films))
         kept = path.with_suffix(".seen.npz")
-        rows.append(compare(shot, path, Landmarks.load(kept) if kept.is_file() else estimator.look(path, kept=kept)))
+        found = Landmarks.load(kept) if kept.is_file() else estimator.look(path, kept=kept)
+        rows += [compare(shot, path, found, known) for known in (False, True)]
     return table(rows)
 
 
-def compare(shot: filmed.Shot, path: Path, found: Landmarks) -> Row:
-    """Compare what was captured from a film with what was filmed."""
-    truth, (made, _) = Motion.load(shot.motion), motion.clean(found)
+def compare(shot: filmed.Shot, path: Path, found: Landmarks, known: bool = False) -> Row:
+    """Compare what was captured from a film with what was filmed; ``known``: where the camera stood was told."""
+    truth, (made, _) = Motion.load(shot.motion), motion.clean(found, filmed.CAMERAS[shot.camera][:2] if known else None)
     count = min(len(truth.directions), len(made.directions))
     seen = np.ones(count, bool)
     for start, end in made.meta["unseen"]:
@@ -72,15 +74,17 @@ def compare(shot: filmed.Shot, path: Path, found: Landmarks) -> Row:
         palms = np.where(shown[at], _degrees(made.hands.palms[:count], truth.hands.palms[:count]), np.nan)[seen]
     edges = {edge: off[:, edge] for edge in EDGES}
     told = count_strokes(truth.directions, made.directions)
-    return Row(shot, path == shot.worse, edges, palms, told, float(seen.mean()))
+    return Row(shot, path == shot.worse, edges, palms, told, float(seen.mean()), known)
 
 
 def table(rows: Sequence[Row]) -> str:
     """Return figures of all films, full size and half size, and by character, camera and light, as Markdown."""
-    groups: dict[str, list[Row]] = {"all films": [row for row in rows if not row.half]}
-    groups["all films, half size"] = [row for row in rows if row.half]
+    groups: dict[str, list[Row]] = {}
+    for known, told in ((False, ""), (True, ", camera told")):
+        for half, size in ((False, ""), (True, ", half size")):
+            groups[f"all films{size}{told}"] = [row for row in rows if (row.half, row.known) == (half, known)]
     for kind, field in (("character", "who"), ("camera", "camera"), ("light", "light")):
-        for row in rows:
+        for row in (row for row in rows if not row.known):
             groups.setdefault(f"{kind} {getattr(row.shot, field)}", []).append(row)
     lines = ["| films | " + " | ".join(EDGES.values()) + " | palms | strokes found | made up | seen |"]
     lines.append("|---" * (len(EDGES) + 5) + "|")

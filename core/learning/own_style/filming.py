@@ -8,7 +8,7 @@ import numpy as np
 
 from ...motion.motion import Motion
 from ..capture import estimator, motion
-from ..capture.filmed import RATE, Run
+from ..capture.filmed import CAMERAS, LIGHTS, RATE, Run
 
 GENDERS = "female", "male"
 SIZE = 352, 256
@@ -38,9 +38,8 @@ def through_films(
 
 
 def _job(films: list[Path], gender: str) -> dict:
-    shots = [
-        {"motion": str(film.with_suffix(".npz")), "camera": "front", "light": "studio", "output": str(film)} for film in films
-    ]
+    seen = {"camera": CAMERAS["front"], "light": LIGHTS["studio"]}
+    shots = [{"motion": str(film.with_suffix(".npz")), "output": str(film), **seen} for film in films]
     return {"character": "human", "gender": gender, "fps": RATE, "resolution": SIZE, "shots": shots}
 
 

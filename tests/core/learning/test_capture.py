@@ -8,7 +8,7 @@ import pytest
 from s2ag.core.cli.main import main
 from s2ag.core.errors import CorpusUnreadable, EngineMissing, UsageError
 from s2ag.core.files import sha256
-from s2ag.core.learning.capture import estimator, film, filmed, hands, motion, people, smoothing, trial, weights
+from s2ag.core.learning.capture import body, estimator, film, filmed, hands, motion, people, smoothing, trial, weights
 from s2ag.core.learning.capture.landmarks import Landmarks
 from s2ag.core.learning.own_style import filming
 from s2ag.core.motion import skeleton
@@ -34,6 +34,21 @@ def test_arms_are_those_that_were_seen_wherever_the_camera_stands(exact, turn):
     made, notes = motion.clean(seen(directions, turn))
     assert notes == [] and made.meta["unseen"] == [] and made.fps == 15
     assert np.percentile(apart(made, directions), 95) < 6
+
+
+def test_a_camera_whose_place_is_told_is_not_estimated():
+    """Also by the network and its map of views, which a body without a face misleads."""
+    directions = performed()
+    found = seen(directions, 30)
+    told, guessed = (motion.clean(found, camera)[0] for camera in ((30.0, 0.0), None))
+    assert np.median(apart(told, directions)) < np.median(apart(guessed, directions))
+    assert told.meta["camera"] == [30.0, 0.0] and told.meta["gaze"] is None
+    pose = body.read(found, np.tile(np.eye(3), (COUNT, 1, 1)))
+    assert pose.camera == pytest.approx((0.0, 0.0))
+
+
+def test_the_estimated_place_of_the_camera_is_kept(exact):
+    assert motion.clean(seen(performed(), 30))[0].meta["camera"][0] == pytest.approx(30, abs=1)
 
 
 def test_a_point_that_leaps_and_noise_do_not_move_the_arm(exact):
