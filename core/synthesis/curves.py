@@ -8,6 +8,8 @@ from ..smoothing import gaussian
 
 REACH = 1.5
 """Highest and lowest control that a slider and what is heard make together, as in training."""
+FOLLOWED = np.array([1.0, 1.5, 1.0])
+"""How much of each affect that is heard a body shows: of its openness chance decides as much as what voices tell of valence."""
 _EASE = 0.2
 """Standard deviation in seconds by which curves are smoothed: a body cannot change its mind at once."""
 
@@ -35,8 +37,8 @@ def following(request: Settings, heard: np.ndarray | None, frames: int, rate: fl
     if heard is None or not request.follow:
         return {}
     at, own = np.arange(frames) / rate, np.arange(len(heard)) / skeleton.FPS
-    columns = zip(AFFECTS, heard.T, strict=True)
-    return {name: request.follow * np.interp(at, own, track) for name, track in columns if name not in request.curves}
+    columns = zip(AFFECTS, request.follow * (heard * FOLLOWED).T, strict=True)
+    return {name: np.interp(at, own, track) for name, track in columns if name not in request.curves}
 
 
 def has_control_curves(request: Settings) -> bool:
