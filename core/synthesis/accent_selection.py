@@ -27,9 +27,9 @@ _STRETCH = 8.0
 """Seconds over which a performer's rate is kept."""
 _STRONG, _MAIN = 2.0, 0.3
 """Weight of an accent's strength beside a Gumbel number, and what being its phrase's main accent adds to the strength."""
-_SMALLER, _LOUD, _VARIED = 0.5, 1.0, 0.5
-"""Factor from sizes of the corpus's strokes, which are the larger movements of its talk, to sizes asked for, how far strength
-changes a size, and the share of the taste's spread of sizes."""
+_SMALLER, _LOUD = 0.5, 1.0
+"""Factor from sizes of the corpus's strokes, which are the larger movements of its talk, to sizes asked for, and how far
+strength changes a size."""
 _AFTER, _AROUND, _BETWEEN, _APART = 0.14, 0.3, 0.1, 0.3
 """Seconds: emphasis after the accent's peak, to each side of an accent that gets no stroke, between two strokes, and from an
 accent without a stroke to one with."""
@@ -73,12 +73,11 @@ def accent_channels(
     taste_at[:, 1] *= np.exp2(_LOUDER * np.clip(level, -1, 1))
     controls = {name: np.ravel(value)[np.minimum(at, np.size(value) - 1)] for name, value in wishes.items()}
     taste_at = _adapt_to_controls(taste_at, controls)
-    numbers = noise(key[0], key[1], 0, len(time), 6, key[2], _SALT)
-    chance = uniform(numbers)
+    chance = uniform(noise(key[0], key[1], 0, len(time), 6, key[2], _SALT))
     readiness = strength + _MAIN * main + _LEVEL * level
     chosen = _select(time, readiness, taste_at, _stretches(time, rhythm.phrases, turns), chance[:, :2])
     rank = np.searchsorted(np.sort(strength), strength) / max(len(time) - 1, 1)
-    strokes = _strokes(time[chosen], rank[chosen], taste_at[chosen], numbers[chosen, 2], chance[chosen, 3])
+    strokes = _strokes(time[chosen], rank[chosen], taste_at[chosen], chance[chosen, 3])
     strokes[:, 1:4] += (_LATE - (_EARLY + _LATE) * chance[chosen, 5])[:, None]
     without = (chance[:, 4] < _PASSED) & (constraints.distance_to(time, time[chosen]) > _APART)
     beside = _AROUND * np.exp2(-np.asarray(controls["rate"], float)[without])
@@ -137,9 +136,9 @@ def _select(time: np.ndarray, strength: np.ndarray, taste: np.ndarray, spoken: t
     return np.array([number for _, number in held], int)
 
 
-def _strokes(time: np.ndarray, rank: np.ndarray, taste: np.ndarray, spread: np.ndarray, which: np.ndarray) -> np.ndarray:
-    """Return beats ``(n, 7)`` (:data:`stroke_requests.COLUMNS`); ``rank`` and ``which`` are 0..1, ``spread`` is normal."""
-    sizes = _SMALLER * taste[:, 1] * np.exp(_VARIED * taste[:, 2] * spread) * np.maximum(1 + _LOUD * (2 * rank - 1), _MIN_SHARE)
+def _strokes(time: np.ndarray, rank: np.ndarray, taste: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """Return beats ``(n, 7)`` (:data:`stroke_requests.COLUMNS`); ``rank`` and ``which`` are 0..1."""
+    sizes = _SMALLER * taste[:, 1] * np.maximum(1 + _LOUD * (2 * rank - 1), _MIN_SHARE)
     hands = taste[:, 3:6] / taste[:, 3:6].sum(axis=1, keepdims=True)
     hand = (which[:, None] > np.cumsum(hands, axis=1)[:, :2]).sum(axis=1)
     emphasis, none = time + _AFTER, np.zeros(len(time))

@@ -90,10 +90,6 @@ class Request(Settings):
         """The seed of a performance's random numbers: ``seed``, with the recording's ``chance`` above its 32 bits."""
         return self.seed + ((self.chance or 0) << 32)
 
-    def style_seed(self, is_random: bool) -> int:
-        """Return the seed of a style's variation; a random performer is the same for all recordings."""
-        return self.seed if is_random else self.keyed_seed
-
     @property
     def words_from(self) -> tuple[str | PathLike | None, str | None]:
         """The file of the transcript and the text, of which at most one is given."""

@@ -95,8 +95,8 @@ def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tup
         tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS if not meta.get("listen")}
         frames = timing.clock_of(meta, scene_fps(scene)).frame(HEARD_STEP * np.arange(len(tracks[AFFECTS[0]])))
         shown = zip(tracks.items(), float(meta.get("follow", 1.0)) * FOLLOWED, strict=True)
-        sliders = {name: float(meta["affect"].get(name, 0.0)) for name in AFFECTS}
-        together = {name: np.clip(share * track + sliders[name] + 0 * frames, -1, 1) for (name, track), share in shown}
+        sliders = {name: float(meta["affect"].get(name, 0.0)) + 0 * frames for name in AFFECTS}
+        together = {name: np.clip(share * track + sliders[name], -1, 1) for (name, track), share in shown}
     except (KeyError, TypeError, ValueError, AttributeError):
         return np.zeros(0), {}
     return (frames, together) if frames.size and np.isfinite(list(together.values())).all() else (np.zeros(0), {})
