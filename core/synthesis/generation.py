@@ -13,7 +13,7 @@ from .style_sequence import StyleSequence
 
 _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
-_CALMER = 0.3
+_CALMER = 0.4
 """... and by this share at an arousal of -1: chance has most of the arms' movement, and calm bodies are to have little."""
 _OTHER_HAND, _LEADING_HAND = 0.4, 0.2
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
