@@ -247,7 +247,7 @@ class Goals:
             spine = (self.bones.heads[rows] - placed.origin) @ placed.frame.T
             shares = turn_shares(self.bones, self.mapping, "torso") if rows else ()
             surface = seat.Surface(self._seat, placed, spine, np.array(shares), torso)
-            self.directions, self.hands = surface.lay(placed, self.directions, clavicles, self.hands)
+            self.directions, self.hands = surface.lay(placed, self.directions, clavicles, self.hands, self.fps)
             girth = girth.above(1.15 * placed.low)
             yield
         self.directions = proportions.clear_trunk(girth, placed, self.directions, torso, clavicles, self.fps, strength)

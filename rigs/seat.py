@@ -13,7 +13,7 @@ from ..core.motion import handshape, quaternion, skeleton
 from ..core.motion.hands import FOREARMS, Hands
 from . import legs
 from .arms import smoothstep
-from .proportions import SIDES, ArmOrigin, TrunkShape, bent_arm, chest_rotations, guess_trunk, rotation_in_frame
+from .proportions import SIDES, ArmOrigin, TrunkShape, bent_arm, chest_rotations, guess_trunk, rotation_in_frame, smooth
 from .skeleton import Bones, Mapping, character_frame
 
 LEVEL, BENT = np.radians(35.0), np.radians(40.0)
@@ -22,8 +22,8 @@ SHARES = np.linspace(0.0, 1.0, 6)
 """Stations along a thigh, as shares of its length."""
 _RADII = (0.2, 0.15)
 """Radii of unmeasured thighs at hip and knee, in their lengths."""
-_LOW, _HANGING, _KEPT = 0.62, 0.9, 0.35
-"""Arm lengths below the shoulder at which a wrist begins to be laid, and is laid; the share of its movement that is kept."""
+_LOW, _HANGING, _KEPT, _EASED = 0.62, 0.9, 0.35, 0.2
+"""Arm lengths below the shoulder where wrists begin to be laid, and are; share of movement kept; seconds eased either way."""
 _WRIST, _FULL, _GAP = 0.07, 0.985, 0.12
 """Radius of a wrist, largest reach, and distance of a table from the trunk, in arm lengths."""
 _HANGS, _ELBOW = (0.12, 0.0, -0.93), (0.55, 0.35, -0.7)
@@ -100,7 +100,7 @@ class Surface:
         return self.carry @ self.seat.turn[2]
 
     def lay(
-        self, placed: ArmOrigin, directions: np.ndarray, clavicles: dict[str, np.ndarray], hands: Hands
+        self, placed: ArmOrigin, directions: np.ndarray, clavicles: dict[str, np.ndarray], hands: Hands, fps: float
     ) -> tuple[np.ndarray, Hands]:
         """Return ``directions`` (frames, 9, 3) in armature space and hands, with arms that hang laid on thighs or table."""
         turn, result = self.seat.turn @ placed.frame, directions.copy()
@@ -112,7 +112,7 @@ class Surface:
             upper, fore = np.moveaxis(directions[:, edges] @ turn.T, 1, 0)
             wrist = long * upper + short * fore
             home, laid[:, index] = self.seat.home(side, np.median(shoulder, 0), size)
-            share = shares[:, index] = smoothstep(-wrist[:, 2] / size, _LOW, _HANGING)
+            share = shares[:, index] = smooth(smoothstep(-wrist[:, 2:] / size, _LOW, _HANGING), round(_EASED * fps))[:, 0]
             moving = _KEPT * (wrist - np.multiply(_HANGS, [sign, 1, 1]) * size)
             goal = wrist + share[:, None] * (home - shoulder + moving - wrist)
             floor = self.seat.top(goal + shoulder, _WRIST * size)

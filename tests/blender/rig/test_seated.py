@@ -10,7 +10,7 @@ import pytest
 from bodies import performance
 from s2ag.core import json_text
 from s2ag.core.learning.evaluate import seated
-from s2ag.core.motion import skeleton
+from s2ag.core.motion import rest, skeleton
 from s2ag.core.motion.motion import Motion
 from s2ag.core.synthesis.idling import idle
 from s2ag.rigs.goals import Options
@@ -130,3 +130,39 @@ def test_a_trial_tells_of_idle_and_talk_on_a_chair_and_at_a_table(voice, tmp_pat
     assert not replace(rows[3], depths={**rows[3].depths, "forearms in arm rest": high}).reached()
     deep = replace(rows[0], depths={**rows[0].depths, "hands in thigh": np.array([0.002, 0.02])})
     assert "20.0 mm, 50.00% deeper than 10" in seated.page([deep]) and "missed by mannequin (idle)" in seated.page([deep])
+
+
+@pytest.mark.parametrize("who", WHO)
+def test_arms_that_fall_at_a_table_are_laid_no_faster_than_they_fall(shared, who):
+    """Hands that drop from wide gestures were snatched to the table within two frames."""
+    rates = {}
+    down = np.interp(np.arange(60) / 24, (1.0, 1.4), (0.0, 1.0))
+    for table in (0.0, 0.2):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        sitter = Sitter(WHO[who](shared))
+        high = float(sitter.hips()[2] + table) if table else 0.0
+        motion = falling(3 * down**2 - 2 * down**3)
+        bpy.context.scene.render.fps = 24
+        about = Options(table=high) if table else Options(seated="OFF")
+        apply_motion(sitter.item, motion, 1, options=about)
+        wrists = [sitter.mapping.chains[f"{side}_hand"][0] for side in SIDES]
+        rates[table] = np.linalg.norm(np.diff(places(sitter.item, wrists, range(1, 61)), axis=0), axis=-1).max() * 24
+    assert rates[0.2] < 1.1 * rates[0.0], rates
+
+
+def falling(down):
+    """Arms that are held wide, forearms level, and come ``down`` (frames,) to where they hang."""
+    wide = rest.REST.copy()
+    for (upper, fore), sign in zip(skeleton.ARMS, (1, -1), strict=True):
+        wide[upper], wide[fore] = skeleton.normalize(np.array([[0.7 * sign, 0.7, 0.2], [0.8 * sign, -0.1, 0.6]]))
+    mixed = wide + down[:, None, None] * (rest.REST - wide)
+    return Motion(skeleton.normalize(mixed).astype(np.float32), fps=24.0)
+
+
+def places(item, names, frames):
+    """Heads of bones in the scene on these frames."""
+    found = []
+    for frame in frames:
+        bpy.context.scene.frame_set(frame)
+        found.append([item.matrix_world @ item.pose.bones[name].head for name in names])
+    return np.array(found)
