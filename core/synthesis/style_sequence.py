@@ -1,7 +1,7 @@
 """The stage *cast*: who performs, as points of the latent space with their rest poses, tastes and seed poses."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -142,8 +142,8 @@ def draw_latents(checkpoint: Any, request: Request, weights: dict[int, float] | 
     if own:
         deviation = np.concatenate([deviation, np.tile(deviation.mean(0), (len(own), 1))])
         mean = np.concatenate([mean, np.array(own, np.float32)])
-    seed = request.seed if weights is None else request.keyed_seed  # a random performer is the same for all recordings
-    drawn = styles.sample_styles(weights, mean, deviation, seed, request.identities)
+    on = replace(request, chance=None) if weights is None else request  # a random performer is the same for all recordings
+    drawn = styles.sample_styles(weights, mean, deviation, on.keyed_seed, request.identities)
     if not checkpoint.config.controls or curves.has_control_curves(request):
         return drawn
     return checkpoint.network.steer(drawn, styles.vary_controls(request.controls, request.keyed_seed, request.identities))

@@ -105,14 +105,14 @@ def test_what_is_performed_once_is_bent_to_another_core(director, request_, base
     one, held = middle(base), np.zeros(len(base.directions), bool)
     core = stroke_core.core_at(base, one, one.at)
     places = [frame_ranges.range_around([], core.first, core.last, len(base.directions))]
-    filler.fill(base, places, core, 7, held)
+    performed = regeneration.speed_excess(base, filler.fill(base, places, core, 7, held)[0], places)
     other = stroke_core.blend_core(stroke_core.scale_core(core, 0.7, one.hand), base.directions[core.frames - 8], 0.5)
     assert not np.array_equal(other.directions, core.directions)
     bent = filler.fill(base, places, other, 7, held, again=True)[0]
     assert np.array_equal(bent.directions[other.frames], other.directions)
     frames = touched(base, bent)
     assert places[0][0] <= frames.min() and frames.max() < places[0][1]
-    assert regeneration.speed_excess(base, bent, places) < 0.5  # led to it, not jumped
+    assert regeneration.speed_excess(base, bent, places) < performed + 0.5  # led to it, not jumped
     jumped = filler.fill(base, places, core, 7, held, again=True)[0].directions.copy()
     jumped[other.frames] = other.directions
     sudden = replace(bent, directions=jumped)
