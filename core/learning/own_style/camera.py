@@ -38,9 +38,13 @@ def levelled(motion: Motion) -> np.ndarray:
     told, level = viewpoint.view(np.array([[turn, above], [turn, 0.0]]))
     directions = motion.directions.astype(float)
     directions[:, 3:] = directions[:, 3:] @ (level @ told.T).T
-    bowed = np.radians((motion.meta.get("gaze") or 0.0) + above * np.cos(np.radians(turn)))
-    directions[:, 1:3] = directions[:, 1:3] @ quaternion.to_matrix(quaternion.about(np.array([1.0, 0.0, 0.0]), bowed))
-    return directions
+    return bowed(directions, (motion.meta.get("gaze") or 0.0) + above * np.cos(np.radians(turn)))
+
+
+def bowed(directions: np.ndarray, degrees: float) -> np.ndarray:
+    """Return directions ``(..., 9, 3)`` whose neck and head are bowed further."""
+    turn = quaternion.to_matrix(quaternion.about(np.array([1.0, 0.0, 0.0]), np.radians(degrees)))
+    return np.concatenate([directions[..., :1, :], directions[..., 1:3, :] @ turn, directions[..., 3:, :]], axis=-2)
 
 
 def changes(pairs: Sequence[tuple[dict[str, float], dict[str, float]]]) -> Changes:

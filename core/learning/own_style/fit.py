@@ -4,7 +4,6 @@ A style is a point of the latent space, a taste (:data:`accent_selection.FACTS`)
 It begins at the speaker of the checkpoint that is most like the source; then a plane is laid through the manners of trials
 around it, and the style goes where the plane meets the source, as far as that is sure."""
 
-import wave
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -16,13 +15,14 @@ import numpy as np
 from ... import own_styles
 from ...errors import UsageError
 from ...files import scratch_folder
-from ...motion import quaternion, rest, skeleton
+from ...motion import rest, skeleton
 from ...sound import audio
 from ...synthesis import accent_selection, generation, postprocess
 from ...synthesis.request import Request
 from ...synthesis.session import Session
 from ...synthesis.stages import Stages
-from . import manner
+from ..evaluate.generation import write_wave
+from . import camera, manner
 from .source import Source
 
 STAGE_SECONDS = 120.0
@@ -103,9 +103,7 @@ def staged(session: Session, sounds: Sequence[Path]) -> Stage:
         parts.append(samples[start : start + most])
     joined = np.concatenate(parts)
     with scratch_folder() as folder:
-        with wave.open(str(folder / "stage.wav"), "wb") as file:
-            file.setparams((1, 2, audio.SAMPLE_RATE, 0, "NONE", ""))
-            file.writeframes(np.round(np.clip(joined, -1, 1) * 32767).astype("<i2").tobytes())
+        write_wave(joined, folder / "stage.wav")
         return Stage(session, folder / "stage.wav", max(round(STAGE_SECONDS * audio.SAMPLE_RATE / len(joined)), 1))
 
 
@@ -152,7 +150,7 @@ def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda
     if waits is None:
         waits = skeleton.normalize(np.tensordot(shares, np.stack([one.rest for one in known]), 1))
         nod = list(manner.FIGURES).index("nod")
-        waits = _bowed(waits, (target - shares @ found)[nod] * _SCALES[nod]) if counts[nod] else waits
+        waits = camera.bowed(waits, (target - shares @ found)[nod] * _SCALES[nod]) if counts[nod] else waits
     centre = places.mean(0)
     tried, sizes, axes = np.linalg.svd(places - centre, full_matrices=False)
     tried, axes = tried[:, :AXES] * np.sqrt(len(known)), (sizes[:, None] * axes)[:AXES] / np.sqrt(len(known))
@@ -168,12 +166,6 @@ def fit(stage: Stage, source: Source, progress: Callable[[float], None] = lambda
     apart = [manner.apart(source.manner, one, source.trust) for one in manners]
     best = apart.index(min(apart))
     return Fit(ends[best], shares, manners[best], apart[0])
-
-
-def _bowed(pose: np.ndarray, degrees: float) -> np.ndarray:
-    """Return a pose ``(9, 3)`` whose head is bowed further."""
-    turn = quaternion.to_matrix(quaternion.about(np.array([1.0, 0.0, 0.0]), np.radians(degrees)))
-    return np.concatenate([pose[:1], pose[1:3] @ turn, pose[3:]])
 
 
 def speakers(checkpoint: Any) -> list[Style]:

@@ -124,7 +124,7 @@ def test_a_level_camera_tells_how_the_head_is_held(acted):
     angle = np.degrees((angle + np.pi) % (2 * np.pi) - np.pi)
     np.testing.assert_allclose(np.abs(angle[:, 3:]), 6, atol=0.01)
     assert manner.measure([level])["nod"] - manner.measure([taken])["nod"] == pytest.approx(3, abs=0.1)
-    whole = fit._bowed(taken[0].astype(float), 3.0)
+    whole = camera.bowed(taken[0].astype(float), 3.0)
     np.testing.assert_allclose(whole[1:3], level[0, 1:3], atol=1e-6)
 
 
