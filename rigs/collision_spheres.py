@@ -56,12 +56,12 @@ class HandSpheres:
         self.outer = np.array([*knuckles, *range(2 * len(ends), first), *fingers[1::2]])
         self.radii = self.length * np.array(radii + [thick for _ in self._links for thick in FINGER])
 
-    def places(self, shape: np.ndarray, opposes: bool = False) -> np.ndarray:
+    def places(self, shape: np.ndarray) -> np.ndarray:
         """Return the spheres' centres (frames, n, 3) relative to the wrist of the unrotated hand, in armature space.
 
-        ``shape`` (frames, 12) are handshapes in degrees. The thumb is as at rest, unless it ``opposes``."""
+        ``shape`` (frames, 12) are handshapes in degrees."""
         parts = [np.broadcast_to(self._fixed, (len(shape), *self._fixed.shape))]
-        if opposes and self.palm.fingers and len(chain := self.palm.fingers.thumb) >= 2:
+        if self.palm.fingers and len(chain := self.palm.fingers.thumb) >= 2:
             turn, root = np.asarray(handshapes.thumb(self.bones, self.palm, chain, shape)[chain[0]]), self._thumb[0]
             parts = [parts[0][:, : -len(self._thumb) + 1], root + quaternion.rotate(turn[:, None], self._thumb[1:] - root)]
         columns = np.linspace(0, 3, len(self._links)).round().astype(int)

@@ -12,10 +12,9 @@ from typing import Protocol
 import numpy as np
 
 from ..core.motion import quaternion, skeleton
-from . import proportions
+from . import arms
 from .collision_spheres import ALONG, FOREARM, UPPER, HandSpheres
-from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, envelope, from_chest, rotation_in_frame, smooth
-from .proportions import to_trunk_frame as to_frame
+from .proportions import ALL, SIDES, ArmOrigin, BentTrunk, Frames, envelope, from_chest, rotation_in_frame, smooth
 
 TOUCH = 0.01
 """Depth of intersection that counts as contact, in hand lengths: skin is soft. A table or a lap is kept twice as far off."""
@@ -34,7 +33,7 @@ _STRETCH = 0.999
 """Largest distance from shoulder to wrist, as a share of the arm's length."""
 _SPHERE_GAP = 0.25
 """Distance of an outer sphere of a hand from the third after it, at most, in hand lengths."""
-_COARSE_PLACES, _COARSE_RADIUS = (0.2, 0.6, 1.0), 0.36
+_COARSE_PLACES, _COARSE_RADIUS = (0.2, 0.6, 1.0), 0.8
 """Bounding spheres of a hand: their centres along the direction of the knuckles and their radius, in hand lengths."""
 
 
@@ -43,13 +42,8 @@ class Body(Protocol):
 
     whole: bool
 
-    def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: "Frames" = ...) -> np.ndarray: ...
+    def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: Frames = ...) -> np.ndarray: ...
     def outward(self, points: np.ndarray, side: float) -> np.ndarray: ...
-
-
-Frames = slice | np.ndarray
-"""Selects frames of an array: a slice, or row numbers."""
-_ALL = slice(None)
 
 
 @dataclass(frozen=True)
@@ -62,7 +56,7 @@ class PosedHand:
 
 
 def resolve_contacts(
-    girth: TrunkShape, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
+    trunk: BentTrunk, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
     hands: dict[str, PosedHand], fps: float, strength: float = 1.0, heads: Sequence["Body"] = (), surface: "Body | None" = None
 ) -> Generator[None, None, np.ndarray]:  # fmt: skip
     """Return ``directions`` (frames, 9, 3) in armature space with arms moved so that hands intersect nothing, in slices.
@@ -70,9 +64,6 @@ def resolve_contacts(
     ``heads``: the head and the place before its face; ``surface``: what forearms, too, stay above at last. ``torso``,
     ``clavicles`` and ``strength`` as for
     :func:`proportions.clear_trunk`. Frames far from a contact stay equal to the bit; without one the same array is returned."""
-    if strength <= 0 or not len(directions):
-        return directions
-    trunk = _Trunk(girth, chest_rotations(placed, torso))
     left, right = (_Arm(placed, directions, torso, clavicles[side], side, hands[side], trunk) for side in SIDES)
     for arm in (left, right):
         for body in (trunk, *heads):
@@ -81,7 +72,6 @@ def resolve_contacts(
     yield from _separate(left, right, fps)
     for arm in (left, right):
         if surface is not None:
-            arm.is_cached[:], arm.opposes = False, True
             arm.move_out_of(surface, fps)
         moved = np.flatnonzero(np.abs(arm.shift).max(-1) > 0)
         if len(moved):
@@ -91,29 +81,12 @@ def resolve_contacts(
     return directions
 
 
-class _Trunk:
-    """A trunk that bends, with the methods of :class:`head_ellipsoid.TurningHead`."""
-
-    whole = False
-
-    def __init__(self, girth: TrunkShape, carry: np.ndarray):
-        self.girth, self.carry = girth, carry
-
-    def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: Frames = _ALL) -> np.ndarray:
-        """As :meth:`head_ellipsoid.TurningHead.depth`."""
-        return self.girth.depth(to_frame(self.girth, points, self.carry[frames]), radius)
-
-    def outward(self, points: np.ndarray, side: float) -> np.ndarray:
-        """As :meth:`head_ellipsoid.TurningHead.outward`."""
-        return self.girth.outward(to_frame(self.girth, points[:, None], self.carry)[:, 0], side)
-
-
 class _Arm:
     """An arm with its hand, relative to the chest; ``shift`` (frames, 3) is the correction of its wrist's position."""
 
     def __init__(
         self, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicle: np.ndarray, side: str, held: PosedHand,
-        trunk: _Trunk
+        trunk: BentTrunk
     ):  # fmt: skip
         self.frame, self.held, self.sign, self.trunk = placed.frame, held, SIDES[side], trunk
         self.edges, ways = from_chest(placed, directions, torso, side)
@@ -126,7 +99,7 @@ class _Arm:
         self.shift = np.zeros_like(self.wrist)
         self.size = held.balls.length
         self.knuckles = self.size * self.to_frames(held.balls.palm.knuckles)
-        self.is_cached, self.opposes = np.zeros(len(self.wrist), bool), False
+        self.is_cached = np.zeros(len(self.wrist), bool)
         self.hand_spheres = np.zeros((len(self.wrist), len(held.balls.radii), 3))
         along = len(ALONG) - 2
         fore, upper = np.interp(ALONG, (0, 1), FOREARM), np.interp(ALONG[-along:], (0, 1), UPPER)
@@ -135,7 +108,7 @@ class _Arm:
             [np.ones(len(held.balls.radii)), _ELBOW_SHARE + (1 - _ELBOW_SHARE) * ALONG, _ELBOW_SHARE * ALONG[-along:]]
         )
 
-    def to_frames(self, axis: np.ndarray, frames: Frames = _ALL) -> np.ndarray:
+    def to_frames(self, axis: np.ndarray, frames: Frames = ALL) -> np.ndarray:
         """Return an axis (3,) of the hand at rest, in armature space, turned as the hand is (frames, 3)."""
         return quaternion.rotate(self.hand[frames], self.frame @ axis)
 
@@ -143,7 +116,7 @@ class _Arm:
         """Return the centres (frames, n, 3) of the hand's spheres."""
         new = frames[~self.is_cached[frames]]
         if len(new):
-            places = self.held.balls.places(self.held.shape[new], self.opposes) @ self.frame.T
+            places = self.held.balls.places(self.held.shape[new]) @ self.frame.T
             self.hand_spheres[new] = places @ np.swapaxes(quaternion.to_matrix(self.hand[new]), -1, -2)
             self.is_cached[new] = True
         return self._wrist(frames)[:, None] + self.hand_spheres[frames]
@@ -164,7 +137,7 @@ class _Arm:
         thick = [FOREARM[0] * self.size + 0.2 * self.fore] * 3 + [UPPER[0] * self.size + 0.2 * self.upper] * 2
         return np.stack([*hand, *fore, *upper], 1), np.array([*[_COARSE_RADIUS * self.size] * 3, *thick])
 
-    def near(self, body: Body, frames: Frames = _ALL, offset: np.ndarray | float = 0.0) -> np.ndarray:
+    def near(self, body: Body, frames: Frames = ALL, offset: np.ndarray | float = 0.0) -> np.ndarray:
         """Return whether (frames,) the hand, moved by ``offset`` (frames, 3), may intersect ``body``."""
         wrist = self._wrist(frames) + offset
         spheres = np.stack([wrist + place * self.knuckles[frames] for place in _COARSE_PLACES], 1)
@@ -202,12 +175,12 @@ class _Arm:
         """Return the directions (frames, 3) of upper arm and forearm that shift the wrist by ``strength`` of its correction."""
         shoulder = self.shoulder[frames]
         reach = self.wrist[frames] + strength * self.shift[frames] - shoulder
-        return proportions.bent_arm(reach, self.elbow[frames] - shoulder, self.upper, self.fore, _STRETCH)
+        return arms.bent_arm(reach, self.elbow[frames] - shoulder, self.upper, self.fore, _STRETCH)
 
-    def _wrist(self, frames: Frames = _ALL) -> np.ndarray:
+    def _wrist(self, frames: Frames = ALL) -> np.ndarray:
         return self.wrist[frames] + self.shift[frames]
 
-    def _elbow(self, frames: Frames = _ALL) -> np.ndarray:
+    def _elbow(self, frames: Frames = ALL) -> np.ndarray:
         return self.elbow[frames] + _ELBOW_SHARE * self.shift[frames]
 
 

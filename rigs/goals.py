@@ -231,7 +231,7 @@ class Goals:
 
     def clearing(self) -> Generator[None, None, None]:
         """Move arms and hands out of the posed trunk and head as ``options.clear_body`` says, in slices."""
-        if self.options.clear_body <= 0:
+        if self.options.clear_body <= 0 or not len(self.directions):
             return
         chains, still = self.mapping.chains, self.still()
         done = {
@@ -250,7 +250,8 @@ class Goals:
             self.directions, self.hands = surface.lay(placed, self.directions, clavicles, self.hands, self.fps)
             girth = girth.above(1.15 * placed.low)
             yield
-        self.directions = proportions.clear_trunk(girth, placed, self.directions, torso, clavicles, self.fps, strength)
+        trunk = proportions.BentTrunk(girth, placed, torso, None if self.stood is None else self.stood.slope)
+        self.directions = proportions.clear_trunk(trunk, placed, self.directions, torso, clavicles, self.fps, strength)
         if self.hands is not None:
             yield
             hands = {}
@@ -262,7 +263,7 @@ class Goals:
                 kinds = head_ellipsoid.TurningHead, head_ellipsoid.Sight
                 heads = [kind(girth.skull, placed.frame, done["neck"], done["head"]) for kind in kinds]
             self.directions = yield from contact.resolve_contacts(
-                girth, placed, self.directions, torso, clavicles, hands, self.fps, strength, heads, surface
+                trunk, placed, self.directions, torso, clavicles, hands, self.fps, strength, heads, surface
             )
 
     def _bring_elbows_forward(self) -> None:

@@ -20,6 +20,8 @@ TOUCH = 0.02
 EASE = 0.3
 """Seconds over which a correction fades in and out."""
 _SLICES = 12
+_ROUND = 3
+"""Exponent of a slice's outline: 2 is an ellipse, more is fuller at the corners, as trunks and pairs of thighs are."""
 _MIN_POINTS = 10
 """Least number of points from which a slice of the trunk is measured."""
 MAX_CORRECTION = np.radians(80.0)
@@ -28,6 +30,11 @@ _HALVINGS = 8
 _UPPER = ((0.75, 0.8), (1.0, 1.0))
 """Points of an upper arm that are tested: share of its length, and of the elbow's radius."""
 _PASSES = 3
+
+
+Frames = slice | np.ndarray
+"""Selects frames of an array: a slice, or row numbers."""
+ALL = slice(None)
 
 
 @dataclass(frozen=True)
@@ -53,7 +60,7 @@ class TrunkShape:
         middle, half = self._at(points[..., 2])
         offset = points[..., :2] - middle
         reach = np.linalg.norm(offset, axis=-1)
-        share = np.linalg.norm(offset / (half + np.asarray(radius)[..., None]), axis=-1)
+        share = np.linalg.norm(offset / (half + np.asarray(radius)[..., None]), _ROUND, axis=-1)
         depth = np.where(share > 1e-9, reach * (1.0 / np.maximum(share, 1e-9) - 1.0), half.min(-1))
         # Above the shoulders and below the trunk there is no obstacle; the ends are rounded off.
         return depth - np.maximum(self.heights[0] - points[..., 2], 0.0) - np.maximum(points[..., 2] - self.heights[-1], 0.0)
@@ -88,18 +95,18 @@ def guess_trunk(bones: Bones, mapping: Mapping) -> TrunkShape:
 
 
 def measure_trunk(bones: Bones, mapping: Mapping, points: np.ndarray) -> TrunkShape:
-    """Measure the trunk, with hips and thighs as far down as hands reach, from surface ``points`` ``(n, 3)`` in armature space.
+    """Measure the trunk from surface ``points`` ``(n, 3)`` in armature space, with hips and thighs as far as hands reach.
 
-    Slices with too few points are interpolated."""
+    Fingertips and bent trunks reach a quarter farther than joints do. Slices with too few points are interpolated."""
     placed, estimate = ArmOrigin(bones, mapping), guess_trunk(bones, mapping)
     local = (np.asarray(points, float).reshape(-1, 3) - placed.origin) @ placed.frame.T
     edges = np.linspace(estimate.heights[0], estimate.heights[-1], _SLICES + 1)
     step = edges[1] - edges[0]
-    deepest = max(local[:, 2].min(initial=0.0), -sum(placed.lengths["left"]))
+    deepest = max(local[:, 2].min(initial=0.0), -1.25 * sum(placed.lengths["left"]))
     edges = np.concatenate([edges[0] - step * np.arange(int((edges[0] - deepest) / step), 0, -1), edges])
     heights, ellipses = 0.5 * (edges[1:] + edges[:-1]), {}
-    for row, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-        here = local[(local[:, 2] >= low) & (local[:, 2] < high), :2]
+    for row, height in enumerate(heights):
+        here = local[np.abs(local[:, 2] - height) < step, :2]
         if len(here) >= _MIN_POINTS:
             # Ignore outliers, such as a buckle or a strap.
             low_corner, high_corner = np.percentile(here, [2.0, 98.0], axis=0)
@@ -176,8 +183,36 @@ def from_chest(placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, sid
     return edges, [quaternion.rotate(inverse, directions[:, edge]) @ placed.frame.T for edge in edges]
 
 
+class BentTrunk:
+    """A trunk as seen from a chest that moves, with the methods of :class:`.head_ellipsoid.TurningHead`.
+
+    ``slope`` (frames, 3), in armature space, is how far thighs lie aside for each unit that they are below the waist."""
+
+    whole = False
+
+    def __init__(self, girth: TrunkShape, placed: ArmOrigin, torso: np.ndarray, slope: np.ndarray | None = None):
+        self.girth, self.carry = girth, chest_rotations(placed, torso)
+        self.slope = np.zeros_like(self.carry[:, 0]) if slope is None else slope @ placed.frame.T
+
+    def depth(self, points: np.ndarray, radius: np.ndarray | float, frames: Frames = ALL) -> np.ndarray:
+        """As :meth:`.head_ellipsoid.TurningHead.depth`."""
+        return self.girth.depth(self._unbent(points, frames), radius)
+
+    def outward(self, points: np.ndarray, side: float) -> np.ndarray:
+        """As :meth:`.head_ellipsoid.TurningHead.outward`."""
+        return self.girth.outward(self._unbent(points[:, None], ALL)[:, 0], side)
+
+    def _unbent(self, points: np.ndarray, frames: Frames) -> np.ndarray:
+        """Map points (frames, n, 3) to the unbent trunk: only above the waist does it turn with the chest."""
+        waist = self.girth.waist
+        pivot = np.array([0.0, 0.0, 0.5 * waist])
+        below = pivot + (points - pivot) @ self.carry[frames]
+        result = points + np.clip(points[..., 2:] / waist, 0.0, 1.0) * (below - points)
+        return result + self.slope[frames, None] * np.minimum(result[..., 2:] - waist, 0.0)
+
+
 def clear_trunk(
-    girth: TrunkShape, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
+    trunk: BentTrunk, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
     fps: float, strength: float = 1.0
 ) -> np.ndarray:  # fmt: skip
     """Return ``directions`` (frames, 9, 3) in armature space with arms outside the trunk, smooth in time.
@@ -185,12 +220,10 @@ def clear_trunk(
     ``torso`` (frames, 4) is the chest's rotation away from rest in armature space, ``clavicles`` the clavicles' rotations
     (frames, 4) by side, relative to the chest. ``strength`` (0..1) scales each correction. If no arm intersects the trunk,
     the same array is returned."""
-    if strength <= 0 or not len(directions):
-        return directions
-    result, carry = directions, chest_rotations(placed, torso)
+    result = directions
     for side, sign in SIDES.items():
         edges, local = from_chest(placed, directions, torso, side)
-        arm = _Arm(girth, placed, side, sign, carry, clavicles.get(side))
+        arm = _Arm(trunk, placed, side, sign, clavicles.get(side))
         for edge, old, new in zip(edges, local, arm.free(local[0], local[1], fps), strict=True):
             if new is not None:
                 result = result.copy() if result is directions else result
@@ -203,10 +236,8 @@ def clear_trunk(
 class _Arm:
     """One arm beside the trunk; all coordinates are relative to the chest."""
 
-    def __init__(
-        self, girth: TrunkShape, placed: ArmOrigin, side: str, sign: float, carry: np.ndarray, clavicle: np.ndarray | None
-    ):
-        self.girth, self.sign, self.carry = girth, sign, carry
+    def __init__(self, trunk: BentTrunk, placed: ArmOrigin, side: str, sign: float, clavicle: np.ndarray | None):
+        self.trunk, self.sign = trunk, sign
         self.upper, self.fore, self.hand = placed.lengths[side]
         self.size = self.upper + self.fore
         shoulder = placed.shoulders[side]
@@ -253,7 +284,7 @@ class _Arm:
 
     def _outward(self, start: np.ndarray, along: np.ndarray, reach: float, fps: float) -> np.ndarray:
         """Return the direction out of the trunk (frames, 3), smoothed over time."""
-        way = self.girth.outward(self._in_trunk((start + reach * along)[:, None])[:, 0], self.sign)
+        way = self.trunk.outward(start + reach * along, self.sign)
         way = smooth(way, max(1, round(EASE * fps)))
         return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
 
@@ -269,25 +300,11 @@ class _Arm:
         return high
 
     def _depth(
-        self, start: np.ndarray, along: np.ndarray, reach: np.ndarray, radius: np.ndarray,
-        frames: slice | np.ndarray = slice(None)
-    ) -> np.ndarray:  # fmt: skip
+        self, start: np.ndarray, along: np.ndarray, reach: np.ndarray, radius: np.ndarray, frames: Frames = ALL
+    ) -> np.ndarray:
         """Return the greatest depth (frames,) of the points at distances ``reach`` (n,) from ``start``, of ``radius`` (n,)."""
         points = start[:, None] + reach[:, None] * along[:, None]
-        return self.girth.depth(self._in_trunk(points, frames), radius).max(-1)
-
-    def _in_trunk(self, points: np.ndarray, frames: slice | np.ndarray = slice(None)) -> np.ndarray:
-        return to_trunk_frame(self.girth, points, self.carry[frames])
-
-
-def to_trunk_frame(girth: TrunkShape, points: np.ndarray, carry: np.ndarray) -> np.ndarray:
-    """Map points (frames, n, 3), relative to the chest, to the unbent trunk: only above the waist does it turn with the chest.
-
-    ``carry`` (frames, 3, 3) is the chest's rotation as a matrix for row vectors, in the character's own frame."""
-    pivot = np.array([0.0, 0.0, 0.5 * girth.waist])
-    below = pivot + np.matmul(points - pivot, carry)
-    share = np.clip(points[..., 2:] / girth.waist, 0.0, 1.0)
-    return points + share * (below - points)
+        return self.trunk.depth(points, radius, frames).max(-1)
 
 
 def rotation_in_frame(frame: np.ndarray, rotation: np.ndarray) -> np.ndarray:
@@ -308,20 +325,6 @@ def _rotate_towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np
 def _angles_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the angles (frames,) between unit vectors."""
     return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
-
-
-def bent_arm(reach: np.ndarray, elbow: np.ndarray, upper: float, fore: float, most: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the directions (frames, 3) of upper arm and forearm whose wrist is ``reach`` (frames, 3) from the shoulder, as far
-    as ``most`` of their lengths allow, bent to the side of ``elbow`` (frames, 3)."""
-    size = np.linalg.norm(reach, axis=-1, keepdims=True)
-    along = reach / np.maximum(size, 1e-9)
-    size = np.clip(size, 1.01 * abs(upper - fore), most * (upper + fore))
-    aside = elbow - along * np.sum(elbow * along, -1, keepdims=True)
-    cosine = (upper**2 + size**2 - fore**2) / (2 * upper * size)
-    aside = aside / np.maximum(np.linalg.norm(aside, axis=-1, keepdims=True), 1e-9)
-    first = cosine * along + np.sqrt(np.maximum(1 - cosine**2, 0)) * aside
-    second = size * along - upper * first
-    return first, second / np.maximum(np.linalg.norm(second, axis=-1, keepdims=True), 1e-9)
 
 
 def envelope(need: np.ndarray, reach: int) -> np.ndarray:

@@ -12,8 +12,8 @@ import numpy as np
 from ..core.motion import handshape, quaternion, skeleton
 from ..core.motion.hands import FOREARMS, Hands
 from . import legs
-from .arms import smoothstep
-from .proportions import SIDES, ArmOrigin, TrunkShape, bent_arm, chest_rotations, guess_trunk, rotation_in_frame, smooth
+from .arms import bent_arm, smoothstep
+from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, guess_trunk, rotation_in_frame, smooth
 from .skeleton import Bones, Mapping, character_frame
 
 LEVEL, BENT = np.radians(35.0), np.radians(40.0)

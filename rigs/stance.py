@@ -19,6 +19,8 @@ _ONSET = 0.01
 """Scale of the pelvis's displacement, in hip heights plus radians, over which :data:`STRAIGHT` takes effect."""
 _SOFT = 0.002
 """Softness of the pelvis's lowering (softplus), in hip heights."""
+_WAIST = 0.1
+"""Height of a waist above the hip joints, in hip heights."""
 _MIN_BEND = 0.01
 """Least distance of the knee from the leg's line at rest, as a share of the leg's length, that gives a bending direction."""
 
@@ -28,10 +30,12 @@ class StandingPose:
     """Result of :func:`solve_legs`.
 
     ``turned`` ``{row: D (frames, 4)}`` of pelvis, thighs, shins and feet; ``places`` ``{bone: (frames, 3)}`` is the pelvis's
-    translation in its own rest space (Blender's pose location)."""
+    translation in its own rest space (Blender's pose location). ``slope`` (frames, 3), in armature space, is how far thighs lie
+    from where they are at rest, as seen from the waist, for each unit that they are below it."""
 
     turned: dict[int, np.ndarray]
     places: dict[str, np.ndarray]
+    slope: np.ndarray
 
 
 def solve_legs(bones: Bones, legs: Legs, pelvis: Pelvis, frame: np.ndarray) -> StandingPose:
@@ -56,7 +60,12 @@ def solve_legs(bones: Bones, legs: Legs, pelvis: Pelvis, frame: np.ndarray) -> S
         turned |= _follow(leg, joint, moved(joint[0]), turn, frame)
     origin = bones.heads[legs.pelvis]
     shift = quaternion.rotate(quaternion.conjugate(bones.rest[legs.pelvis]), moved(origin) - origin)
-    return StandingPose(turned, {bones.names[legs.pelvis]: shift})
+    waist = centre + _WAIST * tall * up
+    pairs = [(turned[leg.shin], *joint) for leg, joint in zip(legs.pair, joints, strict=True)]
+    knees = [foot + quaternion.rotate(shin, knee - foot) for shin, _, knee, foot in pairs]
+    rest = np.mean(joints, 0)[1] - waist
+    slope = (np.mean(knees, 0) - moved(waist) - rest) / -(rest @ up)
+    return StandingPose(turned, {bones.names[legs.pelvis]: shift}, slope)
 
 
 def height(bones: Bones, legs: Legs, up: np.ndarray) -> float:

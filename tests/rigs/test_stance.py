@@ -50,6 +50,21 @@ def test_feet_stay_and_the_rest_does_as_without(key, frame):
     assert turned_degrees(turns[:, upper], upright[:, upper]).max() < 1e-4  # arms and head are turned as without
 
 
+@pytest.mark.parametrize("frame", [None, Y_UP @ BACKWARDS], ids=["z-up", "y-up back"])
+def test_how_thighs_lean_is_told_as_seen_from_the_waist(frame):
+    """So that hands that hang go with them: sidewards half-way down the thighs to a tenth, else to a half, as knees bend."""
+    bones, found, goals, heads, _ = stood(person(FAMILIES["mixamo"]), handed.pelvis(len(performance())), frame)
+    up, waist = goals.frame[2], bones.row(person(FAMILIES["mixamo"]).chains["torso"][0])
+    middle, rest = (
+        np.mean([heads[..., row, :] for leg in found.pair for row in (leg.thigh, leg.shin)], 0)
+        for heads in (heads, bones.heads)
+    )
+    moved = (middle - heads[:, waist]) - (rest - bones.heads[waist])
+    told = goals.stood.slope * ((bones.heads[waist] - rest) @ up)
+    for axis, share in ((goals.frame[0], 0.1), (goals.frame[1], 0.5)):
+        assert np.abs((moved - told) @ axis).max() < share * np.abs(moved @ axis).max()
+
+
 def test_the_hips_go_where_the_pelvis_says():
     """As far as legs reach: what is asked sidewards and forwards comes whole, and they sink by no more than they must."""
     pelvis = handed.pelvis(len(performance()))

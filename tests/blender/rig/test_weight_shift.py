@@ -13,17 +13,22 @@ import skeletons
 from bodies import performance, turned_degrees
 from removing import remove_motion
 from s2ag.core.motion.motion import Motion
+from s2ag.core.synthesis.idling import idle
 from s2ag.rigs import legs
 from s2ag.rigs.family import families
+from s2ag.rigs.goals import Options
 from s2ag.rigs.skeleton import character_frame
 from s2ag.s2ag_blender import compat
 from s2ag.s2ag_blender.characters import mannequin
 from s2ag.s2ag_blender.keys.apply import apply_motion
+from s2ag.s2ag_blender.render.seated_trial import Sitter
 from s2ag.s2ag_blender.rig import reading
 
 pytestmark = pytest.mark.slow
 
 FRAMES = range(1, 60, 6)
+BODIES = {"mannequin": lambda shared: mannequin.build().armature, "human": lambda shared: people.armature("mixamo")}
+BODIES["rocketbox"] = lambda shared: found_rigs.rocketbox(shared, "Male_Adult_01")
 CLOSE = 1e-4
 """Metres: what single precision leaves of a foot below seven bones is a hundredth of a millimetre."""
 
@@ -55,10 +60,11 @@ def check(item):
     bpy.context.scene.render.fps = 15
     bones, mapping, standing = found_legs(item)
     told = []
-    upright = apply_motion(item, motion(False), 1, report=told.append)
+    about = {"report": told.append, "options": Options(clear_body=0.0)}  # arms stay out of thighs, which lean
+    upright = apply_motion(item, motion(False), 1, **about)
     without = shown(item)
     remove_motion(item, upright)
-    apply_motion(item, motion(), 1, report=told.append)
+    apply_motion(item, motion(), 1, **about)
     poses = shown(item)
     rest = dict(zip(bones.names, bones.matrices, strict=True))
     scale = np.abs(np.array(item.matrix_world)[:3, :3]).max()
@@ -156,3 +162,15 @@ def test_a_control_rig_whose_feet_go_along_says_so(rigify_saved):
     action = apply_motion(item, replace(motion(), hands=None), 1, report=told.append)
     assert [one for one in told if "feet of this control rig" in one]
     assert not [curve for curve in compat.curves(action) if curve.data_path.endswith("location")]
+
+
+@pytest.mark.parametrize("who", BODIES)
+def test_fingers_that_hang_stay_out_of_thighs_that_lean(shared, who):
+    """A weight that goes far to one side takes the other thigh towards its hand."""
+    item = BODIES[who](shared)
+    bpy.context.scene.render.fps = 15
+    moving = idle(20, seed=3, stillness=0.6, fps=15)
+    apply_motion(item, moving, 1)
+    sitter = Sitter(item, degrees=0)
+    assert np.abs(moving.pelvis.place).max() > 0.05
+    assert max(sitter.depth(frame)[0]["hands"] for frame in range(1, 300, 7)) < 0.015
