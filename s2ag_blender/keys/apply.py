@@ -31,14 +31,14 @@ def apply_motion(armature: ArmatureObject, motion: Motion, start_frame: int | No
 def apply_motion_in_slices(
     armature: ArmatureObject, motion: Motion, start_frame: int | None = None, *, scene: bpy.types.Scene | None = None,
     mapping: Mapping | dict | None = None, options: Options | None = None, step: int = 1, strip: bool = False, name: str = "",
-    report: Callable[[str], None] | None = None
+    report: Callable[[str], None] | None = None, change: "Callable[[Keys], Keys]" = lambda keys: keys
 ) -> Generator[None, None, bpy.types.Action]:  # fmt: skip
     """Key ``motion`` on the bones of ``armature`` and return the new action, yielding where Blender may draw.
 
     The first key is at ``start_frame`` (the scene's first frame), one every ``step`` frames at the scene's frame rate.
     The action becomes the active one, the former gets a fake user; with ``strip`` it goes onto a new NLA track instead
     and the active action stays. ``mapping`` is ``{part: bone or bones}``, detected if None. ``report`` gets one sentence
-    for everything that keeps a part from its motion (the log, if None).
+    for everything that keeps a part from its motion (the log, if None). ``change`` has the last word on the keys.
 
     Only adds data: other actions, the rest pose, transforms and rotation modes stay as they are. A property that the rig
     needs to follow its bones, such as a switch from IK to FK, is keyed in the action.
@@ -50,7 +50,7 @@ def apply_motion_in_slices(
     scene = scene or current_context().scene
     start = scene.frame_start if start_frame is None else start_frame
     told = {"mapping": mapping, "options": options, "report": report}
-    keys = yield from solve_keys_in_slices(armature, motion, start, scene=scene, step=int(step), **told)
+    keys = change((yield from solve_keys_in_slices(armature, motion, start, scene=scene, step=int(step), **told)))
     interpolation = "LINEAR" if step == 1 else "BEZIER"
     name = name or f"{armature.name} gesture"
     about = {"settings": keys.settings, "places": keys.places}

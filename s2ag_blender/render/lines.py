@@ -6,6 +6,7 @@ of file for every line in the folder ``output``, or None."""
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -23,12 +24,9 @@ from .. import compat, program
 from ..characters import loading
 from ..characters.character import Character
 from ..datablocks import ArmatureObject
-from ..keys import apply, keyframes, layers
+from ..keys import apply, blending, layers
 from ..rig import facemaps
 from . import export, job, vrm_animation
-
-Pose = dict[tuple[str, int], float]
-"""Values by data path and index."""
 
 
 def main(arguments: list[str]) -> int:
@@ -52,10 +50,10 @@ def perform(asked: dict, voice: program.EventWriter) -> dict:
     with voice.stage("keyframes"):
         for number, (name, path) in enumerate(asked["lines"].items()):
             about, motion = {"scene": scene, "mapping": character.mapping, "report": warnings.append}, Motion.load(path)
-            actions[name] = apply.apply_motion(armature, motion, 0, name=name, **about)
             if not motion.meta.get("loops"):
                 pose = _resting_pose(armature, motion.hands is not None, about)
-                _settle(actions[name], pose, asked["settle"] * asked["fps"])
+                about["change"] = partial(_settled, pose=pose, frames=asked["settle"] * asked["fps"])
+            actions[name] = apply.apply_motion(armature, motion, 0, name=name, **about)
             voice.progress("keyframes", number / len(asked["lines"]))
     alone = replace(character, meshes=())
     with voice.stage("write"):
@@ -78,37 +76,20 @@ def _clear(armature: ArmatureObject) -> None:
         bpy.data.actions.remove(action)
 
 
-def _resting_pose(armature: ArmatureObject, hands: bool, about: dict) -> Pose:
-    """Return the pose in which every line begins and ends."""
+def _resting_pose(armature: ArmatureObject, hands: bool, about: dict) -> dict[str, np.ndarray]:
+    """Return the pose ``{bone: (4,)}`` in which every line begins and ends."""
     home = np.repeat(rest.REST[None], 2, 0)
     keys = apply.solve_keys(armature, Motion(home, hands=hand_synthesis.hanging_hands(home) if hands else None), 0, **about)
-    keyed = [keyframes.channels(armature.pose.bones[name], rotations) for name, rotations in keys.rotations.items()]
-    return {(one.path, index): float(column[0]) for one in keyed for index, column in one.values.items()}
+    return {bone: values[0] for bone, values in keys.rotations.items()}
 
 
-def _settle(action: bpy.types.Action, pose: Pose, frames: float) -> None:
-    """Lead an action from ``pose`` and back to it, in so many frames each: what keeps arms out of the body lasts longer than
-    their gesture does."""
-    found: dict[str, list[bpy.types.FCurve]] = {}
-    for curve in compat.curves(action):
-        if (curve.data_path, curve.array_index) in pose and len(curve.keyframe_points) > 1:
-            found.setdefault(curve.data_path, []).append(curve)
-    for path, curves in found.items():
-        keys = [keyframes.columns(curve.keyframe_points) for curve in curves]
-        values = np.stack([one["co"][:, 1] for one in keys], -1).astype(float)
-        home, at = np.array([pose[path, curve.array_index] for curve in curves]), keys[0]["co"][:, 0].astype(float)
-        turns = path.endswith("quaternion") and len(curves) == 4
-        if turns:
-            home = np.where(values @ home < 0, -1.0, 1.0)[:, None] * home
-        elif path.endswith("euler"):
-            home = home + 2 * np.pi * np.round((values - home) / (2 * np.pi))
-        near = min(frames, (at[-1] - at[0]) / 2)
-        share = ramp(at - at[0], 0, near) * ramp(at[-1] - at, 0, near)
-        values = home + share[:, None] * (values - home)
-        values /= np.linalg.norm(values, axis=-1, keepdims=True) if turns else 1.0
-        for curve, one, column in zip(curves, keys, values.T, strict=True):
-            one["co"][:, 1] = column
-            keyframes.replace_keys(curve, one)
+def _settled(keys: apply.Keys, pose: dict[str, np.ndarray], frames: float) -> apply.Keys:
+    """Return keys that lead from ``pose`` and back to it, in so many frames each: what keeps arms out of the body lasts longer
+    than their gesture does."""
+    at, end = keys.frames - keys.frames[0], keys.frames[-1] - keys.frames
+    near = min(frames, at[-1] / 2)
+    moving = {bone: values for bone, values in keys.rotations.items() if len(values) > 1}
+    return keys._replace(rotations=keys.rotations | blending.mix(moving, pose, ramp(at, 0, near) * ramp(end, 0, near)))
 
 
 def _stash(armature: ArmatureObject, actions: list[bpy.types.Action]) -> None:
