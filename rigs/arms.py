@@ -4,8 +4,6 @@ A direction fixes two of an arm bone's three angles. The third decides where the
 
 import numpy as np
 
-from ..core.motion import quaternion
-
 STRAIGHT, BENT = np.radians(15), np.radians(30)
 """Elbow bends, in radians: below the first the plane of an arm is noise, above the second it is trusted in full."""
 REST_BENDS = np.radians([5.0, 25.0])
@@ -111,17 +109,3 @@ def palm_turn(palm: np.ndarray, fore: np.ndarray, inward: np.ndarray, up: np.nda
     ease = inward - 0.8 * up
     ease = ease / np.linalg.norm(ease)
     return strength * np.sum(fore * np.cross(palm, ease), -1)
-
-
-def limit_elbows(upper: np.ndarray, fore: np.ndarray, outward: np.ndarray, forward: np.ndarray, inward: float) -> np.ndarray:
-    """Return forearm directions (frames, 3) in which elbows that would bend backwards are limited to their range.
-
-    ``outward`` and ``forward`` (frames, 3): the chest's side and front. An arm held out sideways bends forwards; from
-    there the upper arm twists by about 50 degrees outwards and 130 inwards."""
-    carried = quaternion.rotate(quaternion.swing(outward, upper), np.cross(outward, forward))
-    angle = angle_about(upper, carried, np.cross(upper, fore)) * inward
-    angle = np.mod(angle - TWIST_MIDDLE + np.pi, 2 * np.pi) - np.pi
-    excess = np.clip(angle, -np.pi / 2, np.pi / 2) - angle
-    # At the far side of the circle both ends of the range are equally near: fade the correction, or it would jump.
-    excess *= 1.0 - smoothstep(np.abs(angle), np.radians(160), np.pi)
-    return quaternion.rotate(quaternion.about(upper, excess * inward), fore)

@@ -29,6 +29,8 @@ _TURN_COST = 0.5
 _MIN_AGREEMENT = 0.6
 """Length of a mean of unit vectors from which on it is normalised; a shorter one is scaled by 1 over this."""
 _PASSES = 3
+_SPREADS = np.radians([0.0, 15.0, 30.0, 45.0, 60.0])
+"""Angles by which elbows are turned outwards where forearms lie in a table's edge: more would throw them up."""
 _STRETCH = 0.999
 """Largest distance from shoulder to wrist, as a share of the arm's length."""
 _SPHERE_GAP = 0.25
@@ -73,7 +75,8 @@ def resolve_contacts(
     for arm in (left, right):
         if surface is not None:
             arm.move_out_of(surface, fps)
-        moved = np.flatnonzero(np.abs(arm.shift).max(-1) > 0)
+            arm.spread(surface, fps)
+        moved = np.flatnonzero((np.abs(arm.shift).max(-1) > 0) | (surface is not None))
         if len(moved):
             directions = directions.copy()
             for edge, new in zip(arm.edges, arm.shifted_directions(moved, strength), strict=True):
@@ -171,7 +174,23 @@ class _Arm:
             if not len(bad):
                 break
 
-    def shifted_directions(self, frames: np.ndarray, strength: float) -> tuple[np.ndarray, np.ndarray]:
+    def spread(self, body: Body, fps: float) -> None:
+        """Turn the elbow about the line from shoulder to wrist, outwards and up, where the forearm still lies in ``body``."""
+        line, elbow = skeleton.normalize(self._wrist() - self.shoulder), self.elbow - self.shoulder
+        upwards = body.outward(line, self.sign) + [self.sign, 0.0, 0.0]
+        axis = line * np.sign(np.sum(quaternion.cross(line, elbow) * upwards, -1, keepdims=True))
+        angles, least = np.zeros(len(line)), np.full(len(line), np.inf)
+        for angle in _SPREADS:
+            self.elbow = self.shoulder + quaternion.rotate(quaternion.about(axis, np.full_like(angles, angle)), elbow)
+            upper, fore = self.shifted_directions(ALL, 1.0)
+            points = self.shoulder[:, None] + self.upper * upper[:, None] + self.fore * ALONG[:, None] * fore[:, None]
+            deep = np.maximum(body.depth(points, self.size * np.interp(ALONG, (0, 1), FOREARM)).max(-1), 0.0)
+            angles[deep < least] = angle
+            least = np.minimum(deep, least)
+        angles = envelope(angles, _frames(0.5 * fps))
+        self.elbow = self.shoulder + quaternion.rotate(quaternion.about(axis, angles), elbow)
+
+    def shifted_directions(self, frames: Frames, strength: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the directions (frames, 3) of upper arm and forearm that shift the wrist by ``strength`` of its correction."""
         shoulder = self.shoulder[frames]
         reach = self.wrist[frames] + strength * self.shift[frames] - shoulder

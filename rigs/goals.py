@@ -34,9 +34,9 @@ class Options:
 
     ``clear_body`` (0..1) moves arms out of a trunk that is broader than the performer's, and hands, where the motion has
     them, out of each other, the other arm, the trunk and the head. ``limits`` keeps clavicles and the twist of upper arms
-    and forearms within a human range. ``forward_elbows`` prevents elbows from bending backwards. The first and the last
-    change edge directions, but only in frames with a violation. ``seated`` is OFF, AUTO (by the legs) or ON, and ``table`` the
-    height in metres of a table in the scene, 0 without one (:mod:`.seat`)."""
+    and forearms within a human range. The first changes edge directions, but only in frames with a violation.
+    ``seated`` is OFF, AUTO (by the legs) or ON, and ``table`` the height in metres of a table in the scene, 0 without one
+    (:mod:`.seat`)."""
 
     torso: float = 1.0
     head: float = 1.0
@@ -48,7 +48,6 @@ class Options:
     fingers: float = 1.0
     clear_body: float = 1.0
     limits: bool = True
-    forward_elbows: bool = False
     seated: str = "AUTO"
     table: float = 0.0
 
@@ -104,8 +103,6 @@ class Goals:
             pelvis = pelvis if mapping.chains.get("torso") else replace(pelvis, turn=np.zeros_like(pelvis.turn))
             self.stood = stance.solve_legs(bones, legs, pelvis, self.frame)
         self.relative = self._relative_turns()
-        if self.options.forward_elbows:
-            self._bring_elbows_forward()
         self._girth = girth
         if clear:
             run_to_end(self.clearing())
@@ -264,16 +261,6 @@ class Goals:
                 heads = [kind(girth.skull, placed.frame, done["neck"], done["head"]) for kind in kinds]
             self.directions = yield from contact.resolve_contacts(
                 trunk, placed, self.directions, torso, clavicles, hands, self.fps, strength, heads, surface
-            )
-
-    def _bring_elbows_forward(self) -> None:
-        """Limit elbows that would bend backwards."""
-        torso = quaternion.multiply(self.still(), self.relative["torso"][0])
-        for side, sign in SIDES.items():
-            upper, fore = (skeleton.EDGE_NAMES.index(f"{side}_{part}") for part in ("upper_arm", "forearm"))
-            outward, forward = (quaternion.rotate(torso, axis) for axis in (sign * self.frame[0], -self.frame[1]))
-            self.directions[:, fore] = arms.limit_elbows(
-                self.directions[:, upper], self.directions[:, fore], outward, forward, sign
             )
 
 

@@ -69,6 +69,24 @@ def test_hands_come_home_and_stay_out_of_thighs_and_table(shared, who, table):
 
 
 @pytest.mark.parametrize("who", WHO)
+def test_forearms_of_arms_bent_close_to_the_trunk_stay_above_a_table(shared, who):
+    """Elbows that hang to its top beyond its edge turn aside, but do not fly up to the shoulders."""
+    sitter = Sitter(WHO[who](shared))
+    arms = [[sitter.mapping.chains[f"{side}_{part}"][0] for part in ("upper_arm", "forearm")] for side in SIDES]
+    shoulder, elbow = (sitter.item.matrix_world @ sitter.item.pose.bones[name].head for name in arms[0])
+    high, bent = shoulder.z - 0.72 * (shoulder - elbow).length, rest.REST.copy()
+    edge = sitter.edge(high)
+    for (upper, fore), sign in zip(skeleton.ARMS, (1, -1), strict=True):
+        bent[upper], bent[fore] = skeleton.normalize(np.array([[0.05 * sign, 1.0, 0.9], [-0.8 * sign, -0.5, 0.1]]))
+    keyed(sitter.item, Motion(np.repeat(skeleton.normalize(bent)[None], 30, 0).astype(np.float32), fps=15.0), table=high)
+    skin = sitter.depth(10)[1]["forearms"]
+    assert np.minimum(high - skin[:, 2], sitter.ahead(skin) - edge).max() < 0.01
+    for names in arms:
+        shoulder, elbow = places(sitter.item, names, [10])[0]
+        assert (shoulder - elbow)[2] > 0.5 * np.linalg.norm(shoulder - elbow)
+
+
+@pytest.mark.parametrize("who", WHO)
 def test_hands_that_lie_on_a_table_do_not_touch(shared, who):
     """Else they are thrown up to get past each other when somebody moves them a little inwards."""
     sitter = Sitter(WHO[who](shared))
