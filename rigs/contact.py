@@ -156,8 +156,8 @@ class _Arm:
 
     def move_out_of(self, body: Body, fps: float) -> None:
         """Shift the wrist so that the hand leaves ``body``."""
-        near = np.flatnonzero(body.whole | self.near(body))  # bent fingers and elbows hang below the bounding spheres
-        if len(near):
+        near = np.flatnonzero(body.whole | self.near(body))
+        if len(near) and not body.whole:  # at a table's edge one sphere can be deep and all others far
             near = near[self.depth(body, near, every=3) > -_SPHERE_GAP * self.size]
         deep = self.depth(body, near) if len(near) else np.zeros(0)
         bad, deep = near[deep > 0], deep[deep > 0]

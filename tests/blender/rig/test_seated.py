@@ -10,7 +10,8 @@ import pytest
 from bodies import performance
 from s2ag.core import json_text
 from s2ag.core.learning.evaluate import seated
-from s2ag.core.motion import rest, skeleton
+from s2ag.core.motion import handshape, rest, skeleton
+from s2ag.core.motion.hands import Hands
 from s2ag.core.motion.motion import Motion
 from s2ag.core.synthesis.idling import idle
 from s2ag.rigs.goals import Options
@@ -184,3 +185,20 @@ def places(item, names, frames):
         bpy.context.scene.frame_set(frame)
         found.append([item.matrix_world @ item.pose.bones[name].head for name in names])
     return np.array(found)
+
+
+@pytest.mark.parametrize("who", WHO)
+def test_fingertips_that_reach_beyond_a_tables_edge_stay_above(shared, who):
+    """Hands are drawn back over the edge, a second at each place, so that at last only one finger is beyond it."""
+    sitter = Sitter(WHO[who](shared))
+    high, back = float(sitter.hips()[2] + 0.2), np.repeat(np.linspace(0.8, 1.8, 21), 15)
+    edge, drawn = sitter.edge(high), np.repeat(rest.REST[None], len(back), 0)
+    for (upper, fore), sign in zip(skeleton.ARMS, (1, -1), strict=True):
+        drawn[:, upper] = np.stack([np.full_like(back, 0.1 * sign), np.ones_like(back), 0.6 - back], -1)
+        drawn[:, fore] = [0.1 * sign, -0.2, 1.0]
+    knuckles, palms = (np.broadcast_to(way, (len(back), 2, 3)) for way in ([0.0, 0.6, 0.8], [0.0, 0.8, -0.6]))
+    shape = np.where([name.startswith("middle") for name in handshape.COLUMNS], 0.0, 80.0)
+    hands = Hands.of(knuckles, palms, np.broadcast_to(shape, (len(back), 2, 12)))
+    keyed(sitter.item, Motion(skeleton.normalize(drawn).astype(np.float32), fps=15.0, hands=hands), table=high)
+    skins = [sitter.depth(frame)[1]["hands"] for frame in range(8, len(back), 15)]
+    assert max(np.minimum(high - skin[:, 2], sitter.ahead(skin) - edge).max() for skin in skins) < 0.01
