@@ -193,7 +193,7 @@ def _solve(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     bones = _bones(has_pelvis, motion.hands is not None)
     chains = {edge: (joint,) for edge, joint in JOINT_OF_EDGE.items()}
     chains |= {"left_hand": ("LeftHand",), "right_hand": ("RightHand",), "crown": (_CROWN,)}
-    options = Options(clavicle=1.0, aimed=frozenset(skeleton.EDGE_NAMES), palms=0.0, clear_body=0.0, limits=False)
+    options = Options(clavicle=1.0, aimed=frozenset(skeleton.EDGE_NAMES), palms=0.0, clear_body=False, limits=False)
     legs = Legs(bones.row("Hips"), (_leg(bones, "Left"), _leg(bones, "Right"))) if has_pelvis else None
     mapping = Mapping(chains, hips="Hips")
     goals = Goals(bones, mapping, motion.directions, motion.fps, options, hands=motion.hands, pelvis=motion.pelvis, legs=legs)

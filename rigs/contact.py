@@ -50,22 +50,24 @@ class Body(Protocol):
 
 @dataclass(frozen=True)
 class PosedHand:
-    """A hand of a motion: its spheres, its rotation D (frames, 4) and its handshapes (frames, 12) in degrees."""
+    """A hand of a motion: its spheres, its rotation D (frames, 4) and its handshapes (frames, 12) in degrees.
+
+    ``share`` (0..1) is what it takes of a shift that separates both: an arm with none stays where it is."""
 
     balls: HandSpheres
     turned: np.ndarray
     shape: np.ndarray
+    share: float
 
 
 def resolve_contacts(
     trunk: BentTrunk, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
-    hands: dict[str, PosedHand], fps: float, strength: float = 1.0, heads: Sequence["Body"] = (), surface: "Body | None" = None
+    hands: dict[str, PosedHand], fps: float, heads: Sequence["Body"] = (), surface: "Body | None" = None
 ) -> Generator[None, None, np.ndarray]:  # fmt: skip
     """Return ``directions`` (frames, 9, 3) in armature space with arms moved so that hands intersect nothing, in slices.
 
-    ``heads``: the head and the place before its face; ``surface``: what forearms, too, stay above at last. ``torso``,
-    ``clavicles`` and ``strength`` as for
-    :func:`proportions.clear_trunk`. Frames far from a contact stay equal to the bit; without one the same array is returned."""
+    ``heads``: the head and the place before its face; ``surface``: what forearms, too, stay above at last; ``torso`` and
+    ``clavicles`` as for :func:`proportions.clear_trunk`. Far from a contact, frames stay equal to the bit."""
     left, right = (_Arm(placed, directions, torso, clavicles[side], side, hands[side], trunk) for side in SIDES)
     for arm in (left, right):
         for body in (trunk, *heads):
@@ -79,7 +81,7 @@ def resolve_contacts(
         moved = np.flatnonzero((np.abs(arm.shift).max(-1) > 0) | (surface is not None))
         if len(moved):
             directions = directions.copy()
-            for edge, new in zip(arm.edges, arm.shifted_directions(moved, strength), strict=True):
+            for edge, new in zip(arm.edges, arm.shifted_directions(moved), strict=True):
                 directions[moved, edge] = quaternion.rotate(torso[moved], new @ placed.frame)
     return directions
 
@@ -161,7 +163,7 @@ class _Arm:
             near = near[self.depth(body, near, every=3) > -_SPHERE_GAP * self.size]
         deep = self.depth(body, near) if len(near) else np.zeros(0)
         bad, deep = near[deep > 0], deep[deep > 0]
-        if not len(bad):
+        if not len(bad) or not self.held.share:
             return
         outward = body.outward(self._wrist() + _COARSE_PLACES[1] * self.knuckles, self.sign)
         outward = skeleton.normalize(smooth(outward, _frames(fps)))
@@ -182,7 +184,7 @@ class _Arm:
         angles, least = np.zeros(len(line)), np.full(len(line), np.inf)
         for angle in _SPREADS:
             self.elbow = self.shoulder + quaternion.rotate(quaternion.about(axis, np.full_like(angles, angle)), elbow)
-            upper, fore = self.shifted_directions(ALL, 1.0)
+            upper, fore = self.shifted_directions(ALL)
             points = self.shoulder[:, None] + self.upper * upper[:, None] + self.fore * ALONG[:, None] * fore[:, None]
             deep = np.maximum(body.depth(points, self.size * np.interp(ALONG, (0, 1), FOREARM)).max(-1), 0.0)
             angles[deep < least] = angle
@@ -190,10 +192,10 @@ class _Arm:
         angles = envelope(angles, _frames(0.5 * fps))
         self.elbow = self.shoulder + quaternion.rotate(quaternion.about(axis, angles), elbow)
 
-    def shifted_directions(self, frames: Frames, strength: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the directions (frames, 3) of upper arm and forearm that shift the wrist by ``strength`` of its correction."""
+    def shifted_directions(self, frames: Frames) -> tuple[np.ndarray, np.ndarray]:
+        """Return the directions (frames, 3) of upper arm and forearm that shift the wrist by its correction."""
         shoulder = self.shoulder[frames]
-        reach = self.wrist[frames] + strength * self.shift[frames] - shoulder
+        reach = self._wrist(frames) - shoulder
         return arms.bent_arm(reach, self.elbow[frames] - shoulder, self.upper, self.fore, _STRETCH)
 
     def _wrist(self, frames: Frames = ALL) -> np.ndarray:
@@ -226,13 +228,13 @@ def _separate(left: _Arm, right: _Arm, fps: float) -> Generator[None, None, None
 
 
 def _divide_shift(left: _Arm, right: _Arm, frames: np.ndarray, way: np.ndarray, need: np.ndarray) -> np.ndarray:
-    """Divide the shift ``need`` (frames,) along ``way`` between both wrists (2, frames): in halves, unless the trunk is hit."""
-    shares = np.stack([0.5 * need, 0.5 * need])
+    """Divide the shift ``need`` (frames,) along ``way`` between both wrists (2, frames) that move, unless the trunk is hit."""
+    shares = np.stack([left.held.share * need, right.held.share * need])
     for index, (arm, sign) in enumerate(((left, -1.0), (right, 1.0))):
-        offset = sign * (0.5 * need)[:, None] * way
+        offset = sign * shares[index, :, None] * way
         near = np.flatnonzero(arm.near(arm.trunk, frames, offset))
         if len(near):
-            blocked = np.clip(arm.depth(arm.trunk, frames[near], offset[near]), 0, 0.5 * need[near])
+            blocked = np.clip(arm.depth(arm.trunk, frames[near], offset[near]), 0, shares[index, near])
             shares[index, near] -= blocked
             shares[1 - index, near] += blocked
     return shares
@@ -244,7 +246,8 @@ class _Contact:
     def __init__(self, left: _Arm, right: _Arm, frames: np.ndarray):
         a, b = (arm.spheres(frames).astype(np.float32) for arm in (left, right))
         touch = TOUCH * 0.5 * (left.size + right.size)
-        self.mobility = (0.5 * (left.mobility[:, None] + right.mobility)).astype(np.float32)
+        moves = left.held.share * left.mobility[:, None] + right.held.share * right.mobility
+        self.mobility = moves.astype(np.float32)
         reach = np.where(self.mobility < _MIN_MOBILITY, 0, left.radii[:, None] + right.radii - touch).astype(np.float32)
         self.reach, apart = reach**2, _squared_distances(a, b)
         touching = (apart < self.reach).any((1, 2))

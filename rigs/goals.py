@@ -32,7 +32,7 @@ class Options:
     upper arms so that elbows bend about their hinge; ``palms`` (0..1) twists forearms so that palms face inwards and down;
     ``fingers`` (0..1) bends fingers that are straight at rest into a relaxed hand.
 
-    ``clear_body`` (0..1) moves arms out of a trunk that is broader than the performer's, and hands, where the motion has
+    ``clear_body`` moves arms out of a trunk that is broader than the performer's, and hands, where the motion has
     them, out of each other, the other arm, the trunk and the head. ``limits`` keeps clavicles and the twist of upper arms
     and forearms within a human range. The first changes edge directions, but only in frames with a violation.
     ``seated`` is OFF, AUTO (by the legs) or ON, and ``table`` the height in metres of a table in the scene, 0 without one
@@ -46,7 +46,7 @@ class Options:
     hinges: bool = True
     palms: float = 0.4
     fingers: float = 1.0
-    clear_body: float = 1.0
+    clear_body: bool = True
     limits: bool = True
     seated: str = "AUTO"
     table: float = 0.0
@@ -228,7 +228,7 @@ class Goals:
 
     def clearing(self) -> Generator[None, None, None]:
         """Move arms and hands out of the posed trunk and head as ``options.clear_body`` says, in slices."""
-        if self.options.clear_body <= 0 or not len(self.directions):
+        if not self.options.clear_body or not len(self.directions):
             return
         chains, still = self.mapping.chains, self.still()
         done = {
@@ -238,7 +238,7 @@ class Goals:
         girth = proportions.guess_trunk(self.bones, self.mapping) if self._girth is None else self._girth
         placed = proportions.ArmOrigin(self.bones, self.mapping)
         clavicles = {side: done[f"{side}_clavicle"] for side in SIDES}
-        torso, strength, surface = done["torso"], self.options.clear_body, None
+        torso, surface = done["torso"], None
         if self._seat is not None and self.hands is not None:
             rows = [self.bones.row(name) for name in chains.get("torso", ())]
             spine = (self.bones.heads[rows] - placed.origin) @ placed.frame.T
@@ -248,19 +248,20 @@ class Goals:
             girth = girth.above(1.15 * placed.low)
             yield
         trunk = proportions.BentTrunk(girth, placed, torso, None if self.stood is None else self.stood.slope)
-        self.directions = proportions.clear_trunk(trunk, placed, self.directions, torso, clavicles, self.fps, strength)
+        self.directions = proportions.clear_trunk(trunk, placed, self.directions, torso, clavicles, self.fps)
         if self.hands is not None:
             yield
-            hands = {}
+            hands, still = {}, [chains[f"{side}_forearm"][0] in self.mapping.held for side in SIDES]
             for index, side in enumerate(SIDES):
                 spheres = collision_spheres.HandSpheres(self.bones, self.hand(side), placed.lengths[side][2])
-                hands[side] = contact.PosedHand(spheres, self.target_hand(side), self.hands.shape[:, index])
+                share = (1 - still[index]) / max(2 - sum(still), 1)
+                hands[side] = contact.PosedHand(spheres, self.target_hand(side), self.hands.shape[:, index], share)
             heads: list[head_ellipsoid.TurningHead] = []
             if isinstance(girth.skull, head_ellipsoid.HeadEllipsoid):
                 kinds = head_ellipsoid.TurningHead, head_ellipsoid.Sight
                 heads = [kind(girth.skull, placed.frame, done["neck"], done["head"]) for kind in kinds]
             self.directions = yield from contact.resolve_contacts(
-                trunk, placed, self.directions, torso, clavicles, hands, self.fps, strength, heads, surface
+                trunk, placed, self.directions, torso, clavicles, hands, self.fps, heads, surface
             )
 
 

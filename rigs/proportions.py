@@ -213,13 +213,12 @@ class BentTrunk:
 
 def clear_trunk(
     trunk: BentTrunk, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
-    fps: float, strength: float = 1.0
+    fps: float
 ) -> np.ndarray:  # fmt: skip
     """Return ``directions`` (frames, 9, 3) in armature space with arms outside the trunk, smooth in time.
 
     ``torso`` (frames, 4) is the chest's rotation away from rest in armature space, ``clavicles`` the clavicles' rotations
-    (frames, 4) by side, relative to the chest. ``strength`` (0..1) scales each correction. If no arm intersects the trunk,
-    the same array is returned."""
+    (frames, 4) by side, relative to the chest. If no arm intersects the trunk, the same array is returned."""
     result = directions
     for side, sign in SIDES.items():
         edges, local = from_chest(placed, directions, torso, side)
@@ -228,8 +227,7 @@ def clear_trunk(
             if new is not None:
                 result = result.copy() if result is directions else result
                 moved = np.flatnonzero((new != old).any(-1))
-                new = _rotate_towards(old[moved], new[moved], strength * _angles_between(old[moved], new[moved]))
-                result[moved, edge] = quaternion.rotate(torso[moved], new @ placed.frame)
+                result[moved, edge] = quaternion.rotate(torso[moved], new[moved] @ placed.frame)
     return result
 
 
@@ -320,11 +318,6 @@ def _rotate_towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np
     side = np.where(sine > 1e-6, side / np.maximum(sine, 1e-9), quaternion.perpendicular(along))
     angle = np.minimum(angle[:, None], np.arctan2(sine, cosine))
     return np.cos(angle) * along + np.sin(angle) * side
-
-
-def _angles_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the angles (frames,) between unit vectors."""
-    return 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
 
 
 def envelope(need: np.ndarray, reach: int) -> np.ndarray:

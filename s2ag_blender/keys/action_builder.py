@@ -9,7 +9,8 @@ import numpy as np
 
 from ...core.errors import S2agError, UsageError
 from ...core.motion.motion import Motion
-from ...rigs.proportions import TrunkShape
+from ...core.motion.skeleton import ARMS
+from ...rigs.proportions import SIDES, TrunkShape
 from ...rigs.skeleton import Mapping
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Bag, Slot
@@ -153,12 +154,13 @@ class ActionBuilder:
             yield
         if planned.draft:
             self.span = near_playhead(planned.voice.span, motion.duration, self.scene)
+        left_out = self._left_out()
         keys = yield from apply.solve_keys_in_slices(
             self.armature,
-            motion,
+            self._with_still_arms(motion, self.mapping),
             self.span.start,
             scene=self.scene,
-            mapping=self.mapping,
+            mapping=replace(self.mapping, held=self.mapping.held | left_out),
             options=planned.options,
             step=self.step,
             first=self.span.first,
@@ -167,10 +169,21 @@ class ActionBuilder:
             report=self._tell,
             trunk=lambda: self.trunk,
         )
-        left_out = self._left_out()
         kept = {bone: values for bone, values in keys.rotations.items() if bone not in left_out}
         legs = {bone: kept[bone] for bone in keys.stood if bone in kept}  # smoothing each bone would move the feet
         return keys._replace(rotations=pacing.smooth_rotations(kept, self.fps, self.settings.get("smoothing", 0.0)) | legs)
+
+    def _with_still_arms(self, motion: Motion, mapping: Mapping) -> Motion:
+        """Return the motion with arms that get no keys as they are posed now, so that the other one keeps clear of them."""
+        edges = [edge for side, arm in zip(SIDES, ARMS, strict=True) if f"{side.upper()}_ARM" not in self.settings["parts"]
+                 for edge in arm]  # fmt: skip
+        if not edges:
+            return motion
+        directions = motion.directions.copy()
+        bones = reading.read(self.armature)
+        directions[:, edges] = poses.directions(self.armature, bones, mapping, self.planned.options)[edges]
+        hands = motion.hands and motion.hands.moved_with_arms(motion.directions, directions)
+        return replace(motion, directions=directions, hands=hands)
 
     def _left_out(self) -> set[str]:
         """Return the bones of the parts that are not to be keyed, with all descendants of their arms."""

@@ -121,7 +121,7 @@ def why_not_plain(armature: ArmatureObject, bones: Bones, mapping: Mapping, valu
     """Return why the closed form for plain skeletons does not hold for a rig, in words; "" where it does.
 
     ``values`` are property values that will be set, by data path from the object."""
-    moved = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ())]
+    moved = [name for part in EDGE_NAMES for name in mapping.chains.get(part, ()) if name not in mapping.held]
     marks = [tip for part in mapping.chains if (tip := mapping.tip(part))]
     rows = {bones.row(name) for name in (*moved, *marks)}
     lineage = {bones.names[row] for own in rows for row in (own, *bones.ancestors(own))}
@@ -133,7 +133,7 @@ def why_not_plain(armature: ArmatureObject, bones: Bones, mapping: Mapping, valu
         if tip and bones.row(mapping.chains[part][-1]) not in bones.ancestors(bones.row(tip)):
             return f'bone "{tip}" does not hang on "{mapping.chains[part][-1]}"'
     for name in moved:
-        if name not in mapping.held and any(armature.pose.bones[name].lock_rotation):
+        if any(armature.pose.bones[name].lock_rotation):
             return f'part of the rotation of bone "{name}" is locked'
     return _constrained(armature, lineage, values or {}) or _driven(armature, lineage)
 

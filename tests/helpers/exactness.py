@@ -9,7 +9,7 @@ from s2ag.rigs.relative_turns import NEUTRAL, head_turn, torso_turn
 from s2ag.rigs.skeleton import character_frame
 from s2ag.s2ag_blender.rig import reading
 
-EXACT = Options(clear_body=0.0, limits=False)
+EXACT = Options(clear_body=False, limits=False)
 """Random performances go where no human does; here every direction must be reached."""
 ENDS = {"upper_arm": "forearm", "forearm": "hand"}
 

@@ -48,7 +48,7 @@ def within_reach(bones, mapping, frame, directions: np.ndarray, size: float = 15
 
     ``free`` as in :class:`Goals`.
     """
-    goals = Goals(bones, mapping, directions, options=Options(clear_body=0.0, palms=0.0), frame=frame, free=free)
+    goals = Goals(bones, mapping, directions, options=Options(clear_body=False, palms=0.0), frame=frame, free=free)
     _, orientations = pose(bones, rotations(goals))
     found = []
     for place, side in enumerate(SIDES):

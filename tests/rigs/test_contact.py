@@ -50,7 +50,7 @@ def laid(motion, hands, *, frame=None, size=1.0, fps=15.0, **options):
 @pytest.mark.parametrize("frame", [np.eye(3), Y_UP, BACKWARDS], ids=["z-up", "y-up", "back"])
 def test_hands_that_meet_lie_on_each_other(frame):
     motion, hands = meeting()
-    _, before, length = laid(motion, hands, frame=frame, clear_body=0.0)
+    _, before, length = laid(motion, hands, frame=frame, clear_body=False)
     _, after, _ = laid(motion, hands, frame=frame)
     assert before["hand hand"].max() > 0.15 * length > 0.06 * length > after["hand hand"].max()
     middle = FRAMES // 2
@@ -60,7 +60,7 @@ def test_hands_that_meet_lie_on_each_other(frame):
 
 def test_hands_keep_their_directions_and_only_arms_move():
     motion, hands = meeting()
-    (one, *_), (other, *_) = laid(motion, hands, clear_body=0.0), laid(motion, hands)
+    (one, *_), (other, *_) = laid(motion, hands, clear_body=False), laid(motion, hands)
     moved = degrees(one.directions[:, ARMS], other.directions[:, ARMS])
     assert moved.max() > 1
     rest = [edge for edge in range(9) if edge not in ARMS]
@@ -102,7 +102,7 @@ def test_what_does_not_meet_stays_to_the_bit():
 
 def test_corrections_come_and_go_smoothly():
     motion, hands = meeting()
-    (one, *_), (other, *_) = laid(motion, hands, clear_body=0.0), laid(motion, hands)
+    (one, *_), (other, *_) = laid(motion, hands, clear_body=False), laid(motion, hands)
     steps = [degrees(part.directions[1:, ARMS], part.directions[:-1, ARMS]) for part in (one, other)]
     most = degrees(one.directions[:, ARMS], other.directions[:, ARMS]).max()
     assert (steps[1] - steps[0]).max() < 0.5 * most
@@ -113,7 +113,7 @@ def test_a_hand_that_is_turned_into_the_trunk_comes_out():
     inward = np.tile([[1.0, 0.3, -0.2], [-1.0, 0.3, -0.2]], (FRAMES, 1, 1))
     motion[:, ARMS] = skeleton.normalize(np.array([[-0.3, 0.95, 0.1], [0.25, 0.9, 0.2], [0.3, 0.95, 0.1], [-0.25, 0.9, 0.2]]))
     hands = Hands.of(inward, np.tile([0.0, 0.2, -1.0], (FRAMES, 2, 1)), hands.shape)
-    _, before, length = laid(motion, hands, clear_body=0.0, limits=False)
+    _, before, length = laid(motion, hands, clear_body=False, limits=False)
     _, after, _ = laid(motion, hands, limits=False)
     assert before["hand trunk"].max() > 0.1 * length > 0.06 * length > after["hand trunk"].max()
 

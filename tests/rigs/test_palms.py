@@ -14,7 +14,7 @@ from s2ag.rigs.retarget import rotations
 from s2ag.rigs.skeleton import character_frame
 from skeletons import person
 
-FREE = Options(clear_body=0.0, limits=False)
+FREE = Options(clear_body=False, limits=False)
 
 
 def laid(whole, motion, hands, options=FREE, seed=1):
@@ -49,7 +49,7 @@ def test_limits_change_nothing_that_a_person_can_do(rest):
     whole, motion = with_hands(rest), performance(size=0.3)
     bones = whole.bones(1)
     hands = handed.within_reach(bones, whole.mapping, character_frame(bones, whole.mapping), motion)
-    bones, goals, heads, _ = laid(whole, motion, hands, Options(clear_body=0.0))
+    bones, goals, heads, _ = laid(whole, motion, hands, Options(clear_body=False))
     assert off(bones, goals, heads, hands) < 0.01
 
 
@@ -73,7 +73,7 @@ def test_wrists_and_forearms_stay_human():
     fore = motion[:, FOREARMS]
     bent = np.cos(turn) * fore + np.sin(turn) * inward
     hands = Hands.of(bent, np.cos(turn) * inward - np.sin(turn) * fore, np.tile(handshape.RELAXED, (60, 2, 1)))
-    bones, goals, heads, turns = laid(with_hands("I"), motion, hands, Options(clear_body=0.0))
+    bones, goals, heads, turns = laid(with_hands("I"), motion, hands, Options(clear_body=False))
     for side in SIDES:
         along, _ = handed.read_back(bones, goals.mapping, side, heads, goals.hand(side).normal)
         elbow, wrist = (heads[:, bones.row(f"{side}_{name}")] for name in ("fore", "hand"))
@@ -159,7 +159,7 @@ def test_spread_and_thumb():
 
 
 def test_strength_scales_fingers_and_none_are_turned_that_are_not_free():
-    bones, goals, _, _ = shown(handshape.RELAXED, Options(clear_body=0.0, fingers=0.0))
+    bones, goals, _, _ = shown(handshape.RELAXED, Options(clear_body=False, fingers=0.0))
     assert goals.extras() == {}
     goals.free, goals.options = frozenset({"left_index1", "left_hand"}), FREE
     assert set(goals.extras()) == {"left_index1"}
@@ -171,7 +171,7 @@ def test_without_fingers_the_hand_turns_and_without_a_hand_the_forearm():
     bare = Body({n: j for n, j in whole.joints.items() if not any(f in n for f in (*FINGERS, "thumb"))}, whole.chains)
     reference = whole.bones(1)
     hands = handed.within_reach(reference, whole.mapping, character_frame(reference, whole.mapping), motion)
-    tops = [laid(one, motion, hands, Options(clear_body=0.0), seed=2) for one in (whole, bare)]
+    tops = [laid(one, motion, hands, Options(clear_body=False), seed=2) for one in (whole, bare)]
     for side in SIDES:
         ways = [
             turns[:, bones.row(f"{side}_hand")] @ bones.matrices[bones.row(f"{side}_hand"), :3, :3].T
@@ -180,7 +180,7 @@ def test_without_fingers_the_hand_turns_and_without_a_hand_the_forearm():
         q = quaternion.from_matrix(np.swapaxes(ways[0], -1, -2) @ ways[1])
         assert np.degrees(2 * np.arccos(np.clip(np.abs(q[:, 0]), 0, 1))).max() < 12  # a palm is guessed by the arm alone
     handless = Body(bare.joints, {part: chain for part, chain in bare.chains.items() if not part.endswith("_hand")})
-    bones, goals, _, turns = laid(handless, motion, hands, Options(clear_body=0.0))
+    bones, goals, _, turns = laid(handless, motion, hands, Options(clear_body=False))
     for place, side in enumerate(SIDES):
         rest = bones.matrices[bones.row(f"{side}_fore"), :3, :3]
         palm = turns[:, bones.row(f"{side}_fore")] @ rest.T @ goals.hand(side).normal

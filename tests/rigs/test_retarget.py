@@ -10,7 +10,7 @@ from s2ag.rigs.skeleton import Mapping, character_frame
 from solved import solve
 
 ENDS = {"upper_arm": "fore", "forearm": "hand"}
-FREE = {"clear_body": 0.0, "limits": False}
+FREE = {"clear_body": False, "limits": False}
 """Options for performances that no body could give: nothing but the directions counts."""
 STARTS = {"upper_arm": "upper", "forearm": "fore"}
 

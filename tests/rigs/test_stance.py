@@ -23,7 +23,7 @@ def stood(body, pelvis=None, frame=None, seed=3):
     bones = body.bones(seed)
     own = character_frame(bones, body.mapping)
     found = legs.find(bones, body.mapping, own[2])
-    goals = Goals(bones, body.mapping, performance(), options=Options(clear_body=0.0), pelvis=pelvis, legs=found)
+    goals = Goals(bones, body.mapping, performance(), options=Options(clear_body=False), pelvis=pelvis, legs=found)
     return bones, found, goals, *pose(bones, rotations(goals), goals.stood.places if goals.stood else None)
 
 

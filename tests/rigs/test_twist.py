@@ -8,7 +8,7 @@ from s2ag.rigs.retarget import rotations
 from s2ag.rigs.skeleton import Mapping
 from s2ag.rigs.walk import Walk
 
-OPTIONS = {"clear_body": 0.0, "palms": 1.0}
+OPTIONS = {"clear_body": False, "palms": 1.0}
 
 
 def twisting(rest="T", above=("upper", "fore"), inherit=True):

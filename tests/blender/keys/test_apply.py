@@ -19,7 +19,7 @@ PAIRS = {
     for side in ("left", "right")
     for part, start, end in (("upper_arm", "upper", "fore"), ("forearm", "fore", "hand"))
 }
-EXACT = Options(clear_body=0.0, limits=False)
+EXACT = Options(clear_body=False, limits=False)
 """Random performances go where no human does; here every direction must be reached."""
 MODES = ("QUATERNION", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "AXIS_ANGLE")
 

@@ -41,7 +41,7 @@ def laid(item, change=lambda hands: hands, **more):
     bpy.context.scene.render.fps = 15
     directions = performance(20, size=0.3)
     motion = Motion(directions, hands=change(handed.within_reach(bones, mapping, frame, directions, free=free)), **more)
-    apply_motion(item, motion, 1, options=Options(clear_body=0.0))
+    apply_motion(item, motion, 1, options=Options(clear_body=False))
     heads = []
     for at in FRAMES:
         pose = rigging.evaluated(item, at)
@@ -122,7 +122,7 @@ def test_a_hand_without_fingers_has_them():
     bones, hands = reading.read(item), handed.hands(directions)
     bpy.context.scene.render.fps = 15
     goals = Goals(bones, reading.resolve_mapping(item, bones), directions, hands=hands)
-    apply_motion(item, Motion(directions, hands=hands), 1, options=Options(clear_body=0.0, limits=False))
+    apply_motion(item, Motion(directions, hands=hands), 1, options=Options(clear_body=False, limits=False))
     for place, side in enumerate(SIDES):
         palm, bone = goals.hand(side), goals.mapping.chains[f"{side}_hand"][0]
         assert palm.fingers is None

@@ -27,7 +27,7 @@ def gesture(item, motion=None):
     bones = reading.read(item)
     mapping = reading.resolve_mapping(item, bones)
     frame = character_frame(bones, mapping)
-    apply_motion(item, motion, 1, options=Options(clear_body=0.0, limits=False))
+    apply_motion(item, motion, 1, options=Options(clear_body=False, limits=False))
     chains, worst = mapping.chains, 0.0
     ends = {"upper_arm": "forearm", "forearm": "hand"}
     pairs = {

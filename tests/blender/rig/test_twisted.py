@@ -18,7 +18,7 @@ from solved import detect
 
 pytestmark = pytest.mark.slow
 
-EXACT = Options(clear_body=0.0, fingers=0.0)
+EXACT = Options(clear_body=False, fingers=0.0)
 FRAMES = (1, 6, 12, 19)
 
 

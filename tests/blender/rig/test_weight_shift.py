@@ -60,7 +60,7 @@ def check(item):
     bpy.context.scene.render.fps = 15
     bones, mapping, standing = found_legs(item)
     told = []
-    about = {"report": told.append, "options": Options(clear_body=0.0)}  # arms stay out of thighs, which lean
+    about = {"report": told.append, "options": Options(clear_body=False)}  # arms stay out of thighs, which lean
     upright = apply_motion(item, motion(False), 1, **about)
     without = shown(item)
     remove_motion(item, upright)

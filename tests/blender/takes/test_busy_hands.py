@@ -1,10 +1,18 @@
 """An arm that is told busy, locked, or held by another object stays; the other one talks for both."""
 
+from dataclasses import replace
+
 import acted
 import bpy
+import numpy as np
 import pytest
 from acted import curves
+from s2ag.core.motion import handshape, skeleton
+from s2ag.core.motion.hands import FOREARMS, Hands
+from s2ag.core.motion.motion import Motion
 from s2ag.s2ag_blender import provenance
+from s2ag.s2ag_blender.keys import poses
+from s2ag.s2ag_blender.rig import reading
 from s2ag.s2ag_blender.takes import generate
 
 
@@ -30,7 +38,7 @@ def test_a_busy_arm_has_no_keys_and_the_other_hand_is_preferred(speaker, voice, 
     assert bool([one for one in planned.warnings if "held or locked" in one]) == (busy is not tell)
     outcome = generate.wait(bpy.context, planned)
     paths = {path for path, _ in curves(outcome.actions[0])}
-    assert not [path for path in paths if "upper_arm.L" in path or "forearm.L" in path or "hand.L" in path]
+    assert not [path for path in paths if "upper_arm.L" in path or "lower_arm.L" in path or "hand.L" in path]
     assert [path for path in paths if "upper_arm.R" in path]
     assert provenance.read(outcome.actions[0])["hand"] == 1.0
 
@@ -57,3 +65,27 @@ def test_both_busy_leaves_head_and_trunk(speaker):
     speaker.s2ag.parts = {"TORSO", "HEAD", "CLAVICLES"}
     planned = generate.plan(bpy.context, speaker)
     assert planned.params["hand"] == 0
+
+
+def test_the_hand_that_talks_keeps_clear_of_the_arm_that_is_held(speaker, voice):
+    """The other hand would go to the very place before the chest where a hand holds a cup: it gives way alone."""
+    cup = bpy.data.objects.new("Cup", None)
+    bpy.context.collection.objects.link(cup)
+    pose = speaker.pose.bones
+    cup.location = (0.0, pose["upper_arm.L"].head.y - 0.3, pose["upper_arm.L"].head.z - 0.25)
+    held = pose["lower_arm.L"].constraints.new("IK")
+    held.target, held.chain_count = cup, 2
+    bpy.context.view_layer.update()
+    bones = reading.read(speaker)
+    both = poses.directions(speaker, bones, reading.resolve_mapping(speaker, bones))
+    (left, right), mirror = skeleton.ARMS, [-1.0, 1.0, 1.0]
+    both[list(right)] = both[list(left)] * mirror
+    motion = Motion(np.repeat(both[None], 30, 0).astype(np.float32), fps=15.0)
+    hands = Hands.of(
+        motion.directions[:, FOREARMS], np.array([[[-1.0, 0, 0], [1.0, 0, 0]]] * 30), np.tile(handshape.RELAXED, (30, 2, 1))
+    )
+    acted.lay(speaker, replace(motion, hands=hands))
+    bpy.context.scene.frame_set(20)
+    wrists = [np.array(pose[f"hand.{side}"].head) for side in "LR"]
+    np.testing.assert_allclose(wrists[0], cup.location, atol=1e-4)
+    assert np.linalg.norm(wrists[0] - wrists[1]) > 0.035  # the heels of both hands, 0.14 of their 13 cm each, less their touch
