@@ -53,7 +53,7 @@ def frame_of_word(action: bpy.types.Action | None, scene: bpy.types.Scene, numbe
 
 def insert(
     armature: ArmatureObject, scene: bpy.types.Scene, motion: Motion, frame: int, *, strip: bool = False, blend_in: int = 12,
-    blend_out: int = 16, name: str = "", report: Callable[[str], None] = print
+    blend_out: int = 10, name: str = "", report: Callable[[str], None] = print
 ) -> bpy.types.Action:  # fmt: skip
     """Key a gesture from ``frame`` on over what the character does there, and play the result; return its action.
 

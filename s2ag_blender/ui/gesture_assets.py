@@ -125,7 +125,7 @@ class S2AG_OT_insert_gesture(NeedsCharacter, bpy.types.Operator):
         name="Blend In", description="Frames over which it comes out of what is there", default=12, min=0, subtype="TIME"
     )
     blend_out: bpy.props.IntProperty(
-        name="Blend Out", description="Frames over which it goes back into what is there", default=16, min=0, subtype="TIME"
+        name="Blend Out", description="Frames over which it goes back into what is there", default=10, min=0, subtype="TIME"
     )
     strip: bpy.props.BoolProperty(
         name="As a Strip", description="A strip above what the character does, instead of keys in a copy of its action"

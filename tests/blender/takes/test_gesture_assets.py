@@ -153,7 +153,7 @@ def test_a_strip_leaves_the_action_alone(figure):
     strips = [strip for track in figure.animation_data.nla_tracks for strip in track.strips]
     above = next(strip for strip in strips if strip.action != action)
     assert {strip.action for strip in strips} == {action, above.action}
-    assert (above.frame_start, above.blend_in, above.blend_out) == (30, 12, 16)
+    assert (above.frame_start, above.blend_in, above.blend_out) == (30, 12, 10)
     assert degrees(played(figure, 52, 53).directions[0], perform_kind("shrug").resampled(24).directions[22])[[4, 5]].max() < 8
 
 
