@@ -246,8 +246,7 @@ class _Contact:
     def __init__(self, left: _Arm, right: _Arm, frames: np.ndarray):
         a, b = (arm.spheres(frames).astype(np.float32) for arm in (left, right))
         touch = TOUCH * 0.5 * (left.size + right.size)
-        moves = left.held.share * left.mobility[:, None] + right.held.share * right.mobility
-        self.mobility = moves.astype(np.float32)
+        self.mobility = (left.held.share * left.mobility[:, None] + right.held.share * right.mobility).astype(np.float32)
         reach = np.where(self.mobility < _MIN_MOBILITY, 0, left.radii[:, None] + right.radii - touch).astype(np.float32)
         self.reach, apart = reach**2, _squared_distances(a, b)
         touching = (apart < self.reach).any((1, 2))

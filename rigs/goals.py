@@ -28,9 +28,8 @@ class Options:
     """How a motion is retargeted.
 
     ``torso``, ``head`` and ``clavicle`` scale the rotations of these parts (1 = as in the data); ``neck`` is the share of
-    the head's rotation that the neck takes. ``aimed`` are the edges that follow their directions exactly. ``hinges`` twists
-    upper arms so that elbows bend about their hinge; ``palms`` (0..1) twists forearms so that palms face inwards and down;
-    ``fingers`` (0..1) bends fingers that are straight at rest into a relaxed hand.
+    the head's rotation that the neck takes. ``aimed`` are the edges that follow their directions exactly. ``palms`` (0..1)
+    twists forearms so that palms face inwards and down; ``fingers`` (0..1) bends fingers that are straight at rest.
 
     ``clear_body`` moves arms out of a trunk that is broader than the performer's, and hands, where the motion has
     them, out of each other, the other arm, the trunk and the head. ``limits`` keeps clavicles and the twist of upper arms
@@ -43,7 +42,6 @@ class Options:
     neck: float = 0.5
     clavicle: float = 0.6
     aimed: frozenset[str] = frozenset(ARMS)
-    hinges: bool = True
     palms: float = 0.4
     fingers: float = 1.0
     clear_body: bool = True

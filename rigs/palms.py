@@ -8,6 +8,7 @@ from ..core.motion import quaternion
 from . import fingers, limits
 from .arms import angle_about
 from .fingers import SIDES
+from .proportions import EASE, smooth
 from .skeleton import Bones, Mapping
 
 PRONATION = np.radians([-115.0, 115.0])
@@ -67,7 +68,7 @@ def hand_rotation(palm: Palm, knuckles: np.ndarray, normals: np.ndarray) -> np.n
 
 
 def limit_wrist(
-    palm: Palm, target: np.ndarray, fore: np.ndarray, aimed: np.ndarray, free: bool
+    palm: Palm, target: np.ndarray, fore: np.ndarray, aimed: np.ndarray, fps: float, free: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return D (frames, 4) of a hand within the wrist's range, and the twist (frames,) of its forearm in radians.
 
@@ -84,7 +85,10 @@ def limit_wrist(
     twist = twist_about(fore, quaternion.multiply(target, quaternion.conjugate(aimed)))
     if free:
         return target, twist
-    allowed = limits.soft_limit(twist + palm.neutral, PRONATION) - palm.neutral
+    # A hand that came round to its range from the far side is within it again; what is brief stays at the same end.
+    rounds = np.round((twist + palm.neutral) / (2 * np.pi))[:, None]
+    rounds = smooth(np.round(smooth(rounds, round(fps))), round(EASE * fps))[:, 0]
+    allowed = limits.soft_limit(twist + palm.neutral - 2 * np.pi * rounds, PRONATION) - palm.neutral
     return quaternion.multiply(quaternion.about(fore, allowed - twist), target), allowed
 
 

@@ -212,9 +212,8 @@ class BentTrunk:
 
 
 def clear_trunk(
-    trunk: BentTrunk, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray],
-    fps: float
-) -> np.ndarray:  # fmt: skip
+    trunk: BentTrunk, placed: ArmOrigin, directions: np.ndarray, torso: np.ndarray, clavicles: dict[str, np.ndarray], fps: float
+) -> np.ndarray:
     """Return ``directions`` (frames, 9, 3) in armature space with arms outside the trunk, smooth in time.
 
     ``torso`` (frames, 4) is the chest's rotation away from rest in armature space, ``clavicles`` the clavicles' rotations

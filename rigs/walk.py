@@ -62,14 +62,14 @@ class Walk:
         goals, options = self.goals, self.goals.options
         bones, mapping, (left, back, up) = goals.bones, goals.mapping, goals.frame
         side = part.split("_")[0]
-        if part.endswith("_upper_arm") and options.hinges:
+        if part.endswith("_upper_arm"):
             upper, fore = (mapping.segment(bones, f"{side}_{name}") for name in ("upper_arm", "forearm"))
             hinge = quaternion.rotate(aimed, arms.rest_hinge(upper, fore, -back, up))
             angle = arms.upper_arm_turn(hinge, target, goals.target(f"{side}_forearm"), SIDES[side], goals.fps)
             return SIDES[side] * limits.soft_limit(SIDES[side] * angle, limits.UPPER_ARM) if options.limits else angle
         if part.endswith("_forearm") and goals.hands is not None:
             goal, palm = goals.target_hand(side), goals.hand(side)
-            self.hands[side], angle = palms.limit_wrist(palm, goal, target, aimed, free=not options.limits)
+            self.hands[side], angle = palms.limit_wrist(palm, goal, target, aimed, goals.fps, free=not options.limits)
             alone = len(mapping.chains[part]) == 1 and not goals.has_twist_bones(part) and goals.hand_row(side) is not None
             return palms.FOREARM_TWIST_SHARE * angle if alone else angle
         if part.endswith("_forearm") and options.palms:

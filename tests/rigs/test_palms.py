@@ -10,6 +10,7 @@ from s2ag.core.motion.hands import FOREARMS, Hands
 from s2ag.rigs import fingers, handshapes, palms
 from s2ag.rigs.family import families
 from s2ag.rigs.goals import SIDES, Goals, Options
+from s2ag.rigs.proportions import EASE
 from s2ag.rigs.retarget import rotations
 from s2ag.rigs.skeleton import character_frame
 from skeletons import person
@@ -213,3 +214,18 @@ def test_a_handshape_is_read_back_from_the_fingers_that_it_bent(extras):
         held = quaternion.conjugate(turns[:, palm.fingers.row])
         own = {row: quaternion.multiply(held, turns[:, row]) for row in range(len(bones.names))}
         assert np.abs(handshapes.read(bones, palm, own) - shape[:, place]).max() < 0.1
+
+
+def test_a_hand_that_came_round_is_within_its_range_again():
+    """Twists are followed through half a turn; after a whole one a hand stayed twisted to its end for the rest of a take."""
+    whole = with_hands()
+    bones, seconds = whole.bones(), np.arange(300) / 30
+    goals = Goals(bones, whole.mapping, np.repeat(skeleton.MEAN_UNIT[None], 300, 0), 30.0)
+    palm, fore = goals.hand("left"), np.tile(whole.mapping.segment(bones, "left_forearm"), (300, 1))
+    asked = 2 * np.pi * np.clip(seconds - 4, 0, 1) - palm.neutral
+    hand, twist = palms.limit_wrist(palm, quaternion.about(fore, asked), fore, goals.still(), 30.0, free=False)
+    calm = np.abs(seconds - 4.5) > 2
+    np.testing.assert_allclose(twist[calm], -palm.neutral, atol=1e-3)
+    assert np.abs(twist + palm.neutral).max() <= palms.PRONATION[1] + 1e-6
+    turning, back = 2 * np.pi / 30, 2 * 2 * np.pi / (2 * EASE * 30)  # a Hann window's middle is twice as fast as its mean
+    assert np.abs(np.diff(twist)).max() < turning + back

@@ -38,9 +38,7 @@ def still(*parts):
 
 @pytest.mark.parametrize("rest", ["A", "T", "I"])
 @pytest.mark.parametrize("frame", [np.eye(3), Y_UP, BACKWARDS, Y_UP @ BACKWARDS], ids=["z-up", "y-up", "back", "y-up back"])
-@pytest.mark.parametrize(
-    "options", [Options(**FREE), Options(hinges=False, palms=0.0, torso=0.5, **FREE)], ids=["default", "swing"]
-)
+@pytest.mark.parametrize("options", [Options(**FREE), Options(palms=0.0, torso=0.5, **FREE)], ids=["default", "swing"])
 def test_arms_point_where_the_motion_says(rest, frame, options):
     whole = body(rest).turned(frame)
     bones, motion = whole.bones(seed=5), performance(size=1.5)
