@@ -13,8 +13,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the option."""
     films = (
         "film known motions of three characters, or of every --character, with three cameras in two lights, capture them, and "
-        "compare; the films stay in --report; with --choosing films other motions, of the three and every --character, from "
-        "everywhere, and learns from that what the estimator gets wrong"
+        "compare; the films stay in --report; with --choosing films other motions, of people made by chance and every "
+        "--character, from everywhere, and learns from that what the estimator gets wrong"
     )
     parser.add_argument("--capture", action="store_true", help=films)
 
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace, people: Sequence[Path]) -> int:
     others = [(who, "female") for who in options.character]
     with Progress() as progress:
         if options.choosing:
-            print(lessons.learn(options.report, people, [*filmed.CHARACTERS, *others], blender.run, progress))
+            print(lessons.learn(options.report, people, others, blender.run, progress))
             return 0
         page = trial.run(options.report, people, others or filmed.CHARACTERS, blender.run, progress)
     print(page)

@@ -22,6 +22,8 @@ from . import stage
 
 _GIRTH, _SKIN = (-0.006, 0.014), np.array([0.75, 0.5, 0.38])
 """Metres by which clothes become wider, and a colour of skin."""
+_KEPT = "eye", "iris"
+"""Parts of names of materials whose colours are kept."""
 _HIGHEST = 1.08
 """The highest height seen, in body heights."""
 
@@ -81,9 +83,10 @@ def _disguise(scene: bpy.types.Scene, character: Character, bodies: dict, random
     """Colour a character and the backdrop, and make clothes wider or tighter."""
     girth, own, settings = random.uniform(*_GIRTH), character.meshes, cast(Any, scene)
     coloured = any(not item.name.startswith(("Human", "Mannequin")) for item in own)
+    tone = _SKIN * random.uniform(0.2, 1.2)
     for item in settings.objects:
         skin = any(name in item.name.lower() for name in ("skin", "head"))
-        colour = _SKIN * random.uniform(0.25, 1.1) if skin else random.random(3) ** 1.5 * (1 if item in own else 0.6)
+        colour = tone if skin else random.random(3) ** 1.5 * (1 if item in own else 0.6)
         if item.type == "MESH":
             item.color = (*colour, 1)
         if item in own and not skin:
@@ -92,8 +95,11 @@ def _disguise(scene: bpy.types.Scene, character: Character, bodies: dict, random
             item.data.vertices.foreach_set("co", (points + normals * girth / scale).ravel())
             item.data.update()
     for material in bpy.data.materials if coloured else ():
-        skin = any(name in material.name.lower() for name in ("skin", "head"))
-        material.diffuse_color = (*(_SKIN * random.uniform(0.25, 1.1) if skin else random.random(3) ** 1.5), 1)
+        name = material.name.lower()
+        if any(part in name for part in _KEPT):
+            continue
+        skin = any(part in name for part in ("skin", "head"))
+        material.diffuse_color = (*(tone if skin else random.random(3) ** 1.5), 1)
     settings.display.shading.color_type = "MATERIAL" if coloured else ("TEXTURE" if random.random() < 0.6 else "OBJECT")
 
 

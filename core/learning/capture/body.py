@@ -14,8 +14,9 @@ ELBOWS, WRISTS = (13, 14), (15, 16)
 _SURE = 0.5
 """Least visibility of a point that counts as seen."""
 _MARGIN = 0.01
-_TURN_SECONDS = 2.0
-"""Width in seconds of the Gaussian that tells a turn of the body from a movement of the shoulders."""
+_TURN_SECONDS, _TURNED = 2.0, 12.0
+"""Width in seconds of the Gaussian that tells a turn of the body from a movement of the shoulders, and degrees by which a body
+must turn away from where it usually looks to count as turned: a head that looks aside for a while turns it by less."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +72,10 @@ def _views(points: np.ndarray, sure: np.ndarray, seen: np.ndarray, scenes: np.nd
         rows = np.flatnonzero(seen & (scenes == scene))
         up = skeleton.normalize(points[rows][:, SHOULDERS].mean(1) - points[rows][:, HIPS].mean(1))
         if places is not None:
-            aside = _slow(np.radians(places[rows, 0]), found.times[rows])
-            above = np.full(len(rows), np.median(places[rows, 1]))
-            turn = viewpoint.view(np.stack([np.degrees(aside), above], 1))
+            aside, above = np.median(places[rows], axis=0)
+            turned = np.degrees(_slow(np.radians(places[rows, 0]), found.times[rows])) - aside
+            aside = aside + np.sign(turned) * np.maximum(np.abs(turned) - _TURNED, 0)
+            turn = viewpoint.view(np.stack([aside, np.full(len(rows), above)], 1))
             across, down, _ = np.median(np.einsum("fij,fj->fi", turn, up), axis=0)
             result[rows] = _shortest(np.array([across, down, 0]), np.array([0.0, -1.0, 0.0])) @ turn
             continue

@@ -27,7 +27,7 @@ and the lowest height seen, in body heights: a long lens on a stand, a telephone
 LIGHTS = {"studio": ("paint.sl", 0.0), "dim": ("rim.sl", -0.7)}
 """Blender's studio light, and the exposure in stops."""
 RATE, SIZE = 15, (800, 448)
-SECONDS = 4.0
+SECONDS = 12.0
 _NOISE, _QUALITY = 8.0, 34
 """Deviation of the noise in steps of brightness (of 255) and constant rate factor of the H.264 of worse films."""
 

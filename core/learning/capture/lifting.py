@@ -1,9 +1,9 @@
-"""Lifts what the estimator saw to directions of arms and hands, with a small network that films of known motions taught.
+"""Lifts what the estimator saw to directions of arms and hands, with small networks that films of known motions taught.
 
 A single picture tells little about depth, and an estimator's errors are not by chance: its elbows lie too far ahead, its palms
-lean towards the camera, points tremble. The network sees body and hands within half a second, in depth as estimated and flat as
-in the picture, and adds what is usually missing. :mod:`lifting_training` learns its weights. Needs numpy alone; right and left
-are one, mirrored.
+lean towards the camera, points tremble. The networks see body and hands within half a second, in depth as estimated and flat as
+in the picture, and how short bones look beside the longest that the film shows; they add what is usually missing.
+:mod:`lifting_training` learns their weights. Needs numpy alone; right and left are one, mirrored.
 """
 
 from dataclasses import dataclass
@@ -23,6 +23,11 @@ _SHOULDER, _ELBOW, _WRIST, _JUDGED = 1, 3, 5, slice(2, 6)
 """Rows among these: those of the right arm, and those whose visibility counts."""
 _HAND = (4, 5, 8, 9, 12, 17, 20)
 """Points of a hand that are features: tips of thumb, index, middle and little finger, knuckles."""
+PARTS = {"bones": 6, "deep": 42, "shown": 28, "sure": 4, "own": 30, "other": 30, "lengths": 4}
+"""Features by kind, in this order: directions of the arm, points in depth and flat, visibility, the own hand, the other one;
+the longest that upper arm and forearm are seen in the whole film, and the shares of that which they have."""
+_LONGEST = 97.0
+"""Percentile of the lengths of seen bones that counts as the longest."""
 _QUICKER, _QUICK = 0.2, 2.0
 """Share by which quick changes are enlarged, and frames of the Gaussian that tells them from slow ones."""
 OUTPUTS = 4
@@ -78,6 +83,7 @@ def features(found: Landmarks, pose: body.Pose, side: int) -> Features:
     deep = ((points - points[:, body.SHOULDERS].mean(1, keepdims=True))[:, POINTS] * mirror)[:, order]
     shown = ((flat - middle)[:, POINTS] / scale * mirror[:2])[:, order]
     sure = np.clip(np.nan_to_num(found.pose[:, POINTS, 3]), 0, 1)[:, order][:, _JUDGED]
+    lengths, longest = _lengths(flat / scale, pose)
     bones = skeleton.normalize(np.diff(deep[:, [_SHOULDER, _ELBOW, _WRIST]], axis=1))
     parts, starts = [bones, deep, shown, sure], [bones]
     for hand in (side, 1 - side):
@@ -89,6 +95,7 @@ def features(found: Landmarks, pose: body.Pose, side: int) -> Features:
         wrist = (placed[:, 0, :2] - middle[:, 0] / scale) * mirror[:2]
         parts += [there[:, None], *(part * there.reshape(-1, *[1] * (part.ndim - 1)) for part in (wrist, own[:, _HAND], held))]
         starts += [held * there[:, None, None]] if hand == side else []
+    parts += [np.broadcast_to(longest, (len(found), 2)), lengths[:, side] / longest]
     return Features(np.concatenate([part.reshape(len(found), -1) for part in parts], 1), np.concatenate(starts, 1), view)
 
 
@@ -99,6 +106,14 @@ def _scale(found: Landmarks, flat: np.ndarray, seen: np.ndarray) -> float:
         np.nan_to_num(found.world[:, square, :2] * body.TO_CANONICAL[:2]), flat[:, square]))  # fmt: skip
     scales = (metres * pixels).sum((1, 2))[seen] / np.maximum((metres**2).sum((1, 2))[seen], 1e-9)
     return max(float(np.median(scales)) if len(scales) else 1.0, 1e-9)
+
+
+def _lengths(flat: np.ndarray, pose: body.Pose) -> tuple[np.ndarray, np.ndarray]:
+    """Return how long upper arms and forearms look in the pictures ``(n, 2, 2)``, left and right, and the longest ``(2,)``."""
+    joints = flat[:, np.stack([body.SHOULDERS, body.ELBOWS, body.WRISTS], 1)]
+    lengths = np.linalg.norm(np.diff(joints, axis=2), axis=-1)
+    shown = lengths[pose.arms > 0]
+    return lengths, np.maximum(np.percentile(shown, _LONGEST, axis=0) if len(shown) else np.ones(2), 1e-3)
 
 
 def sampled(known: Features, times: np.ndarray, pictures: np.ndarray, at: np.ndarray) -> Features:

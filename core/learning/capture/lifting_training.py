@@ -10,20 +10,20 @@ from torch import nn
 from ...motion import skeleton
 from ...motion.motion import Motion
 from ...motion.skeleton import FPS
-from . import body, lifting, viewpoint
+from . import body, lifting, variations, viewpoint, viewpoint_training
 from .landmarks import Landmarks
 
 STEPS = 1, 2, 2
 """Frames between the rows that each layer sees."""
-_WIDTH, _DROPPED = 96, 0.1
-_EPOCHS, _BATCH, _RATE, _DECAY = 60, 32, 2e-3, 2e-3
+_WIDTH, _DROPPED = 96, 0.25
+_EPOCHS, _BATCH, _RATE, _DECAY = 45, 32, 2e-3, 2e-3
 _TREMBLE, _SHIFT = 0.03, 0.1
 """Noise on features, in their deviations: of every frame, and of a whole piece."""
 _PIECE, _SHORTEST = 60, 20
 """Frames of the pieces that are learned from at once."""
 _SPEED, _HANDS = 0.25, 0.5
 """Weights of the wrists' velocities and of hands beside those of arms."""
-_NETWORKS = 3
+_NETWORKS = 5
 
 
 Film = tuple[Landmarks, Motion, np.ndarray]
@@ -70,7 +70,7 @@ def learn(films: Sequence[Film], progress: Callable[[float], None] = lambda shar
     both = [[part[there] for part in parts] for (parts, _), there in zip(rows, seen, strict=True)]
     places = [angles[there] for (_, angles), there in zip(rows, seen, strict=True)]
     mirrored = [place * [-1, 1] for place in places]
-    view = viewpoint.learn([one for one, _ in both] + [other for _, other in both], places + mirrored)
+    view = viewpoint_training.learn([one for one, _ in both] + [other for _, other in both], places + mirrored)
     lift = _lift([piece for film in films for piece in pieces(*film)], progress)
     return {f"{part}/{name}": value for part, made in (("view", view), ("lift", lift)) for name, value in made.items()}
 
@@ -84,7 +84,7 @@ def _lift(every: Sequence[Piece], progress: Callable[[float], None]) -> dict[str
     for number in range(_NETWORKS):
         torch.manual_seed(number)
         net = _Network(len(mean))
-        _train(net, [(parts[0] - mean) / size, *parts[1:]], lambda share, number=number: progress((number + share) / _NETWORKS))
+        _train(net, parts, (mean, size), lambda share, number=number: progress((number + share) / _NETWORKS))
         learned |= {f"{number}.{name}": value.astype(np.float16) for name, value in net.weights().items()}
     return learned
 
@@ -103,7 +103,7 @@ def _cut(every: Sequence[Piece]) -> list[Piece]:
     return result
 
 
-def _train(net: nn.Module, parts: Sequence[torch.Tensor], progress: Callable[[float], None]) -> None:
+def _train(net: nn.Module, parts: Sequence[torch.Tensor], usual: tuple, progress: Callable[[float], None]) -> None:
     count = len(parts[0])
     batches = -(-count // _BATCH)
     optimizer = torch.optim.AdamW(net.parameters(), lr=_RATE, weight_decay=_DECAY)
@@ -111,6 +111,8 @@ def _train(net: nn.Module, parts: Sequence[torch.Tensor], progress: Callable[[fl
     for epoch in range(_EPOCHS):
         for chosen in torch.randperm(count).split(_BATCH):
             rows, start, wanted, counts = (part[chosen] for part in parts)
+            rows, start, wanted = variations.varied(rows, start, wanted)
+            rows = (rows - usual[0]) / usual[1]
             rows = rows + _TREMBLE * torch.randn_like(rows) + _SHIFT * torch.randn(len(rows), 1, rows.shape[2])
             loss = _loss(start + net(rows).reshape(start.shape), wanted, counts)
             optimizer.zero_grad()

@@ -1,5 +1,6 @@
-"""Where the camera stands, by how body and face look: estimated points alone turn a body that is seen from aside too little,
-and lean it back. A linear map that films from known cameras taught; :mod:`lifting_training` learns it. Needs numpy alone."""
+"""Where the camera stands, by how body, arms and face look: estimated points alone turn a body that is seen from aside too
+little, and lean it back. Small networks that films from known cameras taught; :mod:`viewpoint_training` learns them. Needs
+numpy alone."""
 
 import numpy as np
 
@@ -8,12 +9,14 @@ from .landmarks import Landmarks
 TO_CANONICAL = np.array([-1.0, 1.0, -1.0])
 """From the estimator's axes (right in the picture, down, away from the camera) to the canonical ones."""
 SHOULDERS, HIPS = (11, 12), (23, 24)
-_POINTS = (0, 3, 6, 7, 8, 9, 10, 11, 12, 23, 24, 25, 26, 13, 14)
-_MIRRORED = (0, 2, 1, 4, 3, 6, 5, 8, 7, 10, 9, 12, 11, 14, 13)
+_POINTS = (0, 3, 6, 7, 8, 9, 10, *range(11, 27))
+_MIRRORED = (0, 2, 1, 4, 3, 6, 5, *(at + 1 - 2 * (at % 2 == 0) for at in range(7, 23)))
 _FACE_MIRRORED = (0, 1, 3, 2, 4, 6, 5, 7, 8, 10, 9)
 MIRROR = np.array([-1.0, 1.0, 1.0])
-_RIDGE = 0.1
-"""Share of the variance of a feature that is added to it."""
+UNIT = 20.0
+"""Degrees that the networks count as one."""
+FAR = 4.0
+"""Deviations beyond which a feature counts no further."""
 
 
 def angles(found: Landmarks, weights: dict[str, np.ndarray]) -> np.ndarray:
@@ -51,16 +54,12 @@ def _joined(parts: tuple[np.ndarray, ...], there: np.ndarray) -> np.ndarray:
     return np.concatenate([*(part.reshape(len(there), -1) for part in parts), there[:, None], np.ones((len(there), 1))], 1)
 
 
-def learn(seen: list[np.ndarray], known: list[np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the map from features ``(n, d)`` of films to the ``known`` angles ``(n, 2)``."""
-    rows, wanted = np.concatenate(seen), np.concatenate(known)
-    mean, size = rows.mean(0), rows.std(0) + 1e-2
-    mean[-1], size[-1] = 0, 1
-    scaled = (rows - mean) / size
-    stiff = _RIDGE * len(rows) * np.eye(len(mean))
-    stiff[-1, -1] = 0
-    return {"mean": mean, "size": size, "map": np.linalg.solve(scaled.T @ scaled + stiff, scaled.T @ wanted)}
-
-
 def _mapped(rows: np.ndarray, weights: dict[str, np.ndarray]) -> np.ndarray:
-    return (rows - weights["mean"]) / weights["size"] @ weights["map"]
+    scaled = np.clip((rows - weights["mean"]) / weights["size"], -FAR, FAR)
+    made = np.zeros((len(rows), 2))
+    for number in range(int(weights["networks"])):
+        hidden = scaled
+        for layer in ("first", "second"):
+            hidden = np.maximum(hidden @ weights[f"{number}.{layer}"] + weights[f"{number}.{layer}_bias"], 0)
+        made += hidden @ weights[f"{number}.last"] + weights[f"{number}.last_bias"]
+    return made / int(weights["networks"]) * UNIT

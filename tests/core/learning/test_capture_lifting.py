@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import torch
-from s2ag.core.learning.capture import body, lessons, lifting, lifting_training, motion, viewpoint, weights
+from s2ag.core.learning.capture import body, lessons, lifting, lifting_training, motion, variations, viewpoint, weights
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.hands import Hands
 from s2ag.core.motion.motion import Motion
@@ -70,11 +70,23 @@ def test_left_arms_are_right_ones_in_a_mirror():
     assert np.allclose(left.start, right.start, atol=1e-5)
 
 
-def test_arms_of_lessons_turn_with_their_hands():
+def test_varied_lessons_stay_true():
+    torch.manual_seed(0)
+    truth = Motion(performed()[::2].astype(np.float32))
+    known = lifting_training.pieces(seen(performed()), truth, np.zeros((120, 2)))
+    rows, start, wanted = (torch.tensor(np.stack(part), dtype=torch.float32) for part in list(zip(*known, strict=True))[:3])
+    varied, begun, after = variations.varied(rows, start, wanted, exact=True)
+    assert (after - wanted).abs().max() > 0.05 and (varied - rows).abs().max() > 0.05
+    assert torch.allclose(begun[:, :, :2], after[:, :, :2], atol=1e-5)  # an estimator without errors still has none
+    assert torch.allclose(after.norm(dim=-1)[:, :, :2], torch.ones(()), atol=1e-5)
+
+
+@pytest.mark.parametrize("swaying", [False, True])
+def test_arms_of_lessons_turn_with_their_hands(swaying):
     directions = performed(20).astype(np.float32)
     knuckles = directions[:, [5, 8]]
     hands = Hands.of(knuckles, np.tile([0.0, 1.0, 0.1], (20, 2, 1)), np.zeros((20, 2, 12)))
-    turned = lessons._turned(Motion(directions, hands=hands), np.random.default_rng(1))
+    turned = lessons._turned(Motion(directions, hands=hands), np.random.default_rng(1), swaying)
     assert np.allclose(np.linalg.norm(turned.directions, axis=-1), 1, atol=1e-5)
     assert turned.hands is not None and np.allclose(turned.hands.knuckles, turned.directions[:, [5, 8]], atol=1e-5)
     assert np.degrees(np.arccos(np.clip((turned.directions * directions).sum(-1), -1, 1)))[:, skeleton.ARM_EDGES].max() > 3
