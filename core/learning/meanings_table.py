@@ -15,7 +15,7 @@ from collections import defaultdict
 from pathlib import Path
 
 from ..files import atomic_file
-from ..meaning.sentence import TABLE
+from ..meaning.sentence import FOLDER
 
 _POS = {"n": "noun", "v": "verb", "a": "adj", "r": "adv"}
 _UNCOUNTED = 0.5
@@ -24,18 +24,19 @@ _LEAST = 0.3
 """Least share of a lemma's uses."""
 _RARE = 12
 """Uses counted below which a verb is none whose word is a noun or an adjective more than twice as often (*bridge*, *piece*)."""
+_TABLE = FOLDER / "en.words.json"
 _SEEDS = Path(__file__).with_name("meanings_seeds.json")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("wordnet", type=Path, help="folder of data.noun, index.noun ...")
-    parser.add_argument("-o", "--output", default=TABLE, help="the file to write (default: %(default)s)")
+    parser.add_argument("-o", "--output", default=_TABLE, help="the file to write (default: %(default)s)")
     args = parser.parse_args()
     net = _WordNet(args.wordnet)
     table = {schema: _lemmas(net, seeds) for schema, seeds in json.loads(_SEEDS.read_text("utf-8")).items()}
     known = {(word[:-1], pos) for each in table.values() for pos, words in each.items() for word in words.split()}
-    decides = set(re.findall("[a-z]+", TABLE.with_name("en.json").read_text("utf-8")))
+    decides = set(re.findall("[a-z]+", FOLDER.joinpath("en.json").read_text("utf-8")))
     irregular = _irregular(args.wordnet, {part for lemma, _ in known for part in lemma.split("_")} | decides)
     with atomic_file(args.output) as temporary:
         text = json.dumps({"schemas": table, "irregular": irregular}, indent=0, ensure_ascii=False, sort_keys=True)

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 FOLDER = Path(__file__).parents[1] / "assets" / "meanings"
-TABLE = FOLDER / "en.words.json"
 SILENT = "-"
 """The schema of frames that show nothing and keep their words from others."""
 _STOPS, _PAUSES = ".;:!?…", ",–—"

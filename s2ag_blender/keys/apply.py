@@ -51,10 +51,11 @@ def apply_motion_in_slices(
     start = scene.frame_start if start_frame is None else start_frame
     told = {"mapping": mapping, "options": options, "report": report}
     keys = change((yield from solve_keys_in_slices(armature, motion, start, scene=scene, step=int(step), **told)))
-    interpolation = "LINEAR" if step == 1 else "BEZIER"
+    for values in keys.rotations.values() if motion.meta.get("loops") else ():  # arms clear the body otherwise at each end
+        values += np.linspace(0, 1, len(values))[:, None] * (np.sign(values[0] @ values[-1]) * values[0] - values[-1])
+    about = {"settings": keys.settings, "places": keys.places, "interpolation": "LINEAR" if step == 1 else "BEZIER"}
     name = name or f"{armature.name} gesture"
-    about = {"settings": keys.settings, "places": keys.places}
-    action, slot = yield from keyframes.write_action(name, armature, keys.rotations, keys.frames, interpolation, **about)
+    action, slot = yield from keyframes.write_action(name, armature, keys.rotations, keys.frames, **about)
     provenance.stamp(action, motion.meta)
     every, fps = np.arange(float(start), float(max(keys.frames[-1], keys.frames[0] + 1)) + 1), scene_fps(scene)
     seen = None if motion.meta.get("loops") else faces.end_fade(every, fps)
