@@ -18,6 +18,8 @@ _UNSEEN = 0.1
 _TRUNK = 0, 12
 """First points of shoulders and hips; elbows, wrists and three points of the hand lie between, left and right in turn."""
 _ARM = 2, 4
+_BONES = (1, 3), (3, 5)
+"""Ends of the right upper arm and forearm."""
 _TIPS = 6, 8, 10
 _POINTS = 14
 
@@ -37,7 +39,7 @@ def varied(rows: torch.Tensor, start: torch.Tensor, wanted: torch.Tensor, exact:
     if not exact:
         turned = turned * torch.cat([torch.ones(count, 2), _scale(count, _DEPTH)], 1)[:, None, None]
         turned = turned + torch.randn(count, 1, _POINTS, 3) * torch.tensor([0.5, 0.5, 1.0]) * _PLACE
-    arm = torch.stack([turned[:, :, at] - turned[:, :, before] for before, at in ((1, 3), (3, 5))], 2)
+    arm = torch.stack([turned[:, :, at] - turned[:, :, before] for before, at in _BONES], 2)
     arm = arm / arm.norm(dim=-1, keepdim=True).clamp_min(1e-6)
     kept = [(torch.rand(count, 1, 1) > _UNSEEN).float() for _ in range(2)]
     hands = [
@@ -98,7 +100,7 @@ def _hand(hand: torch.Tensor, turn: torch.Tensor, scales: _Scales, moved: torch.
 def _lengths(flat: torch.Tensor, after: torch.Tensor, lengths: torch.Tensor) -> torch.Tensor:
     """Return the longest bones ``(b, n, 4)`` and shares of them, in which arms ``(b, n, 14, 2)`` have become longer."""
     old, new = (
-        torch.stack([(points[:, :, at] - points[:, :, before]).norm(dim=-1) for before, at in ((1, 3), (3, 5))], -1)
+        torch.stack([(points[:, :, at] - points[:, :, before]).norm(dim=-1) for before, at in _BONES], -1)
         for points in (flat, after)
     )
     grown = (old * new).sum(1, keepdim=True) / old.square().sum(1, keepdim=True).clamp_min(1e-6)
