@@ -10,6 +10,7 @@ import numpy as np
 
 from ...core.errors import UsageError
 from ...core.motion.motion import MAX_FPS, Motion
+from ...core.motion.skeleton import normalize
 from ...rigs.goals import Options
 from ...rigs.proportions import TrunkShape
 from ...rigs.skeleton import Mapping
@@ -51,8 +52,8 @@ def apply_motion_in_slices(
     start = scene.frame_start if start_frame is None else start_frame
     told = {"mapping": mapping, "options": options, "report": report}
     keys = change((yield from solve_keys_in_slices(armature, motion, start, scene=scene, step=int(step), **told)))
-    for values in keys.rotations.values() if motion.meta.get("loops") else ():  # arms clear the body otherwise at each end
-        values += np.linspace(0, 1, len(values))[:, None] * (np.sign(values[0] @ values[-1]) * values[0] - values[-1])
+    for turn in keys.rotations.values() if motion.meta.get("loops") else ():  # arms clear the body otherwise at each end
+        turn[:] = normalize(turn + np.outer(np.linspace(0, 1, len(turn)), np.sign(turn[0] @ turn[-1]) * turn[0] - turn[-1]))
     about = {"settings": keys.settings, "places": keys.places, "interpolation": "LINEAR" if step == 1 else "BEZIER"}
     name = name or f"{armature.name} gesture"
     action, slot = yield from keyframes.write_action(name, armature, keys.rotations, keys.frames, **about)
@@ -144,8 +145,7 @@ def at_scene_frames(motion: Motion, fps: float, step: int = 1) -> tuple[np.ndarr
     """Return frame offsets ``(keys,)`` for keys every ``step`` frames, and the motion resampled to them.
 
     The last key is at or after the motion's end, so that nothing of it is cut off."""
-    last = int(np.ceil((len(motion.directions) - 1) * fps / motion.fps / step - 1e-6))
-    offsets = np.arange(last + 1) * step
+    offsets = step * np.arange(1 + int(np.ceil((len(motion.directions) - 1) * fps / motion.fps / step - 1e-6)))
     return offsets, motion.at(offsets * (motion.fps / fps), fps / step)
 
 
