@@ -76,8 +76,7 @@ def plan(folder: Path, characters: Sequence[tuple[str, str]] = CHARACTERS) -> li
 def make(shots: Sequence[Shot], recordings: Sequence[Path], run: Run, tell: Callable) -> None:
     """Make the films of shots that are not there yet; ``tell(stage, share)`` hears of it. Raises S2agError."""
     missing = [shot for shot in shots if not shot.film.is_file()]
-    if any(not shot.motion.is_file() for shot in shots):
-        _perform(shots, recordings, tell)
+    _perform(shots, recordings, tell)
     for character, gender in dict.fromkeys((shot.character, shot.gender) for shot in missing):
         own = [shot for shot in missing if (shot.character, shot.gender) == (character, gender)]
         parts = [
@@ -113,10 +112,14 @@ def worsen(source: Path, target: Path, noise: float = _NOISE, quality: int = _QU
 
 
 def _perform(shots: Sequence[Shot], recordings: Sequence[Path], tell: Callable) -> None:
-    """Perform the recordings in other styles for every shot."""
+    """Perform the recordings in other styles for every shot that has no motion."""
+    if all(shot.motion.is_file() for shot in shots):
+        return
     session = Session(remember=True)
     names, frames = [style["name"] for style in session.styles()], round(SECONDS * FPS)
     for number, shot in enumerate(shots):
+        if shot.motion.is_file():
+            continue
         tell("perform", number / len(shots))
         style = names[5 * number % len(names)]
         request = Request(recordings[number % len(recordings)], style=style, seed=number, hands=1.0)

@@ -136,10 +136,11 @@ def test_films_are_read_with_their_times_and_cuts(tmp_path):
         film.facts(tmp_path / "none.mp4")
 
 
-def test_films_of_performers_are_not_made_or_looked_at_again(tmp_path):
+def test_films_of_performers_are_not_made_or_looked_at_again_unless_they_move_otherwise(tmp_path):
     av = pytest.importorskip("av")
     piece = performed(8)[::2].astype(np.float32)
     path = tmp_path / "the-coach-1.mp4"
+    Motion(piece).save(path.with_suffix(".npz"))
     with av.open(str(path), "w") as container:
         stream = container.add_stream("mpeg4", rate=30)
         stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
@@ -150,6 +151,14 @@ def test_films_of_performers_are_not_made_or_looked_at_again(tmp_path):
     made = filming.through_films(tmp_path, {"the coach": [piece]}, None, lambda stage, share: None)
     assert len(made["the coach"]) == 1 and made["the coach"][0].meta["unseen"] == []
     assert np.array_equal(Motion.load(path.with_suffix(".npz")).directions, piece)
+
+    def without_blender(module, job, progress):
+        raise EngineMissing(module, job)
+
+    other = piece[::-1]
+    with pytest.raises(EngineMissing, match="render.capture_films"):
+        filming.through_films(tmp_path, {"the coach": [other]}, without_blender, lambda stage, share: None)
+    assert not path.exists() and np.array_equal(Motion.load(path.with_suffix(".npz")).directions, other)
 
 
 def test_strokes_are_counted_for_each_hand_and_each_once():
