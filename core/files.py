@@ -96,7 +96,7 @@ def _own_name(parent: Path, suffix: str = "") -> Iterator[Path]:
     """Yield the path of a temporary file or folder, and hold the lock beside it; delete both at the end. Raises OSError."""
     delete_leftovers(parent)
     while True:
-        handle, name = tempfile.mkstemp(dir=parent, prefix=_prefix(), suffix=_LOCK)
+        handle, name = tempfile.mkstemp(dir=parent, prefix=f"{TEMPORARY_PREFIX}{host_name()}@{os.getpid()}@", suffix=_LOCK)
         locks.try_lock(handle)
         if os.path.exists(name):
             break
@@ -153,11 +153,8 @@ def atomic_file(path: str | os.PathLike) -> Iterator[Path]:
             os.chmod(temporary, 0o666 & ~_umask())
             os.replace(temporary, path)
     except OSError as error:
-        raise _unwritable(path, error) from error
-
-
-def _prefix() -> str:
-    return f"{TEMPORARY_PREFIX}{host_name()}@{os.getpid()}@"
+        what = f"{path} cannot be written: {error.strerror or error}."
+        raise OutputUnwritable(what, "Free space or choose another folder.") from error
 
 
 def remove(path: Path) -> None:
@@ -166,10 +163,6 @@ def remove(path: Path) -> None:
         shutil.rmtree(path, ignore_errors=True)
     else:
         path.unlink(missing_ok=True)
-
-
-def _unwritable(path: Path, error: OSError) -> OutputUnwritable:
-    return OutputUnwritable(f"{path} cannot be written: {error.strerror or error}.", "Free space or choose another folder.")
 
 
 def _umask() -> int:

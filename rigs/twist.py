@@ -6,10 +6,8 @@ twist bones: they and the hand carry the twist, which rises from 0 at the elbow 
 import numpy as np
 
 from ..core.motion import quaternion
-from .goals import Goals
+from .goals import SIDES, Goals
 from .walk import Walk
-
-SIDES = ("left", "right")
 
 
 def rotations(goals: Goals, walk: Walk) -> dict[str, np.ndarray]:

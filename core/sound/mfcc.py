@@ -107,7 +107,8 @@ def mel_filters(window: int, bands: int, low: float = 0.0, high: float = SAMPLE_
     """Return ``(1 + window // 2, bands)`` triangular filters of unit area on Slaney's mel scale from ``low`` to ``high`` Hz.
 
     The scale is linear to 1 kHz and logarithmic above."""
-    edges = _hertz(np.linspace(_mel(low), _mel(high), bands + 2))
+    mel = np.linspace(_mel(low), _mel(high), bands + 2)
+    edges = np.where(mel < 15, mel * 200 / 3, 1000 * np.exp((mel - 15) * np.log(6.4) / 27))
     bins = np.linspace(0, SAMPLE_RATE / 2, window // 2 + 1)[:, None]
     width = np.diff(edges)
     rising = (bins - edges[:-2]) / width[:-1]
@@ -117,7 +118,3 @@ def mel_filters(window: int, bands: int, low: float = 0.0, high: float = SAMPLE_
 
 def _mel(hertz: float) -> float:
     return hertz * 3 / 200 if hertz < 1000 else 15 + 27 * np.log(hertz / 1000) / np.log(6.4)
-
-
-def _hertz(mel: np.ndarray) -> np.ndarray:
-    return np.where(mel < 15, mel * 200 / 3, 1000 * np.exp((mel - 15) * np.log(6.4) / 27))

@@ -10,7 +10,6 @@ import numpy as np
 
 from ...core.errors import UsageError
 from ...core.motion.motion import MAX_FPS, Motion
-from ...core.motion.skeleton import normalize
 from ...rigs.goals import Options
 from ...rigs.proportions import TrunkShape
 from ...rigs.skeleton import Mapping
@@ -22,6 +21,8 @@ from ..rig.controls import Take
 from . import faces, keyframes
 
 _LOG = logging.getLogger(__name__)
+_AROUND = 6.0
+"""Seconds of a loop that are solved before its start and after its end: the twist of straight arms is led from bent ones."""
 
 
 def apply_motion(armature: ArmatureObject, motion: Motion, start_frame: int | None = None, **about: Any) -> bpy.types.Action:
@@ -51,9 +52,12 @@ def apply_motion_in_slices(
     scene = scene or current_context().scene
     start = scene.frame_start if start_frame is None else start_frame
     told = {"mapping": mapping, "options": options, "report": report}
-    keys = change((yield from solve_keys_in_slices(armature, motion, start, scene=scene, step=int(step), **told)))
-    for turn in keys.rotations.values() if motion.meta.get("loops") else ():  # arms clear the body otherwise at each end
-        turn[:] = normalize(turn + np.outer(np.linspace(0, 1, len(turn)), np.sign(turn[0] @ turn[-1]) * turn[0] - turn[-1]))
+    whole, around = motion, 0
+    if motion.meta.get("loops"):  # what comes before its start is its end
+        whole, around = at_scene_frames(motion, scene_fps(scene), int(step))[1], round(_AROUND * scene_fps(scene) / step)
+        whole = whole.frames(np.arange(-around, len(whole.directions) + around) % (len(whole.directions) - 1))
+    keys = yield from solve_keys_in_slices(armature, whole, start - around * step, scene=scene, step=int(step), **told)
+    keys = change(keys.of_loop(around) if around else keys)
     about = {"settings": keys.settings, "places": keys.places, "interpolation": "LINEAR" if step == 1 else "BEZIER"}
     name = name or f"{armature.name} gesture"
     action, slot = yield from keyframes.write_action(name, armature, keys.rotations, keys.frames, **about)
@@ -87,6 +91,17 @@ class Keys(NamedTuple):
     places: dict[str, np.ndarray]
     stood: tuple[str, ...]
     mapping: Mapping
+
+    def of_loop(self, around: int) -> "Keys":
+        """Return the keys without so many at each end, the last ones the first again."""
+        kept = slice(around, len(self.frames) - around)
+        rotations, places = (
+            {name: values[kept] if len(values) > 1 else values for name, values in one.items()}
+            for one in (self.rotations, self.places)
+        )
+        for turn in rotations.values():
+            turn[-1] = turn[0] * np.sign(turn[0] @ turn[-1])
+        return self._replace(frames=self.frames[kept], rotations=rotations, places=places)
 
 
 def solve_keys(armature: ArmatureObject, motion: Motion, start: float, **about: Any) -> Keys:

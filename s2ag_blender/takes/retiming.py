@@ -215,18 +215,14 @@ def _retime(
     settings = origin["settings"]
     if settings.get("audio_source") == "FILE" and settings.get("range") != "STRIP":
         settings |= {"range": "OWN", "start_frame": round(origin["start"])}
-    still = {one.name for one in gesture_edits.shown_gestures(action, scene) if one.frame == _marker_frame(action, one.name)}
+    marked = {marker.name: marker.frame for marker in action.pose_markers}
+    still = {one.name for one in gesture_edits.shown_gestures(action, scene) if one.frame == marked.get(one.name)}
     action[provenance.PROPERTY] = json.dumps(origin, sort_keys=True)
     frames = {one.name: one.frame for one in gesture_edits.shown_gestures(action, scene) if one.name in still}
     for marker in list(action.pose_markers):
         marker.frame = frames.get(marker.name, round(float(where(marker.frame))))
         if cut and not place["first"] <= marker.frame <= place["last"]:
             action.pose_markers.remove(marker)
-
-
-def _marker_frame(action: bpy.types.Action, name: str) -> int | None:
-    marker = action.pose_markers.get(name)
-    return marker.frame if marker is not None else None
 
 
 def _replace_face(armature: ArmatureObject, action: bpy.types.Action, heard: Motion, fps: float) -> None:
