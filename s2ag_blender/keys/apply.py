@@ -52,12 +52,7 @@ def apply_motion_in_slices(
     scene = scene or current_context().scene
     start = scene.frame_start if start_frame is None else start_frame
     told = {"mapping": mapping, "options": options, "report": report}
-    whole, around = motion, 0
-    if motion.meta.get("loops"):  # what comes before its start is its end
-        whole, around = at_scene_frames(motion, scene_fps(scene), int(step))[1], round(_AROUND * scene_fps(scene) / step)
-        whole = whole.frames(np.arange(-around, len(whole.directions) + around) % (len(whole.directions) - 1))
-    keys = yield from solve_keys_in_slices(armature, whole, start - around * step, scene=scene, step=int(step), **told)
-    keys = change(keys.of_loop(around) if around else keys)
+    keys = change((yield from solve_keys_in_slices(armature, motion, start, scene=scene, step=int(step), **told)))
     about = {"settings": keys.settings, "places": keys.places, "interpolation": "LINEAR" if step == 1 else "BEZIER"}
     name = name or f"{armature.name} gesture"
     action, slot = yield from keyframes.write_action(name, armature, keys.rotations, keys.frames, **about)
@@ -127,12 +122,16 @@ def solve_keys_in_slices(
         tell(warning)
     fps = scene_fps(scene)
     offsets, shown = at_scene_frames(motion, fps, step)
+    around = round(_AROUND * fps / step) if motion.meta.get("loops") and not np.isfinite([first, last]).any() else 0
+    if around:  # what comes before its start is its end
+        offsets = step * np.arange(-around, len(offsets) + around)
+        motion = shown = shown.frames(offsets // step % (len(shown.directions) - 1))
     frames = start + offsets
     inside = (frames >= first) & (frames <= last)
     if not inside.any():
         raise UsageError("The recording has no frame in the chosen range.", "Choose another range or start frame.")
     keys = _to_take(shown.frames(inside), frames[inside])
-    own = start + np.arange(len(motion.directions)) * (fps / motion.fps)
+    own = frames[0] + np.arange(len(motion.directions)) * (fps / motion.fps)
     near = np.flatnonzero(np.abs(own - np.clip(own, keys.frames[0], keys.frames[-1])) <= 2 * fps / motion.fps)
     near = np.union1d(near[::measured], near[-1:])
     source = _to_take(replace(motion.frames(near), fps=motion.fps / measured), own[near])
@@ -141,7 +140,8 @@ def solve_keys_in_slices(
     yield
     about = {"scene": scene, "options": options, "tell": tell, "trunk": body}
     solution = yield from solver.solve_in_slices(armature, bones, mapping, source, keys, **about)
-    return Keys(keys.frames, solution.rotations, solution.values, solution.places, solution.stood, mapping)
+    solved = Keys(keys.frames, solution.rotations, solution.values, solution.places, solution.stood, mapping)
+    return solved.of_loop(around) if around else solved
 
 
 def scene_fps(scene: bpy.types.Scene) -> float:
