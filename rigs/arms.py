@@ -4,6 +4,8 @@ A direction fixes two of an arm bone's three angles. The third decides where the
 
 import numpy as np
 
+from ..core.motion.interpolation import smoothstep
+
 STRAIGHT, BENT = np.radians(15), np.radians(30)
 """Elbow bends, in radians: below the first the plane of an arm is noise, above the second it is trusted in full."""
 REST_BENDS = np.radians([5.0, 25.0])
@@ -14,12 +16,6 @@ RESPONSE = 0.08
 """Time constant, in seconds, by which the twist of the upper arm is smoothed."""
 DECAY = 1e-3
 """Weight that pulls the twist of a straight arm to zero, relative to the one that pulls a bent arm to its plane."""
-
-
-def smoothstep(x: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Return 0 below ``low``, 1 above ``high`` and a smooth step between (same shape as ``x``)."""
-    t = np.clip((np.asarray(x) - low) / (high - low), 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
 
 
 def bent_arm(reach: np.ndarray, elbow: np.ndarray, upper: float, fore: float, most: float) -> tuple[np.ndarray, np.ndarray]:

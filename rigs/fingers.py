@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.motion import quaternion
+from ..core.motion.interpolation import smoothstep
 from .skeleton import Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -202,8 +203,7 @@ def _subtract_rest(bones: Bones, chain: tuple[int, ...], angles: np.ndarray, axi
     rest = np.maximum(rest_bend(bones, chain, axis), 0.0)
     if len(rest) == 2:
         angles = np.array([angles[0], 0.7 * angles[1:].sum()])
-    t = np.clip((rest.sum() - STRAIGHT) / (CURLED - STRAIGHT), 0.0, 1.0)
-    return np.maximum(angles - rest, 0.0) * (1.0 - t * t * (3.0 - 2.0 * t))
+    return np.maximum(angles - rest, 0.0) * (1.0 - smoothstep(rest.sum(), STRAIGHT, CURLED))
 
 
 def rest_bend(bones: Bones, chain: Sequence[int], axis: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..core.motion import quaternion, skeleton
+from ..core.motion.interpolation import smoothstep
 from . import arms
 
 NEUTRAL = skeleton.normalize(skeleton.MEAN_UNIT + skeleton.mirror(skeleton.MEAN_UNIT))
@@ -18,7 +19,7 @@ def turn(primary: np.ndarray, secondary: np.ndarray, to_primary: np.ndarray, to_
     size = np.minimum(
         np.linalg.norm(np.cross(to_primary, carried), axis=-1), np.linalg.norm(np.cross(to_primary, to_secondary), axis=-1)
     )
-    angle = arms.angle_about(to_primary, carried, to_secondary) * arms.smoothstep(size, 0.05, 0.3)
+    angle = arms.angle_about(to_primary, carried, to_secondary) * smoothstep(size, 0.05, 0.3)
     return quaternion.multiply(quaternion.about(to_primary, angle), lean)
 
 

@@ -11,8 +11,9 @@ import numpy as np
 
 from ..core.motion import handshape, quaternion, skeleton
 from ..core.motion.hands import FOREARMS, Hands
+from ..core.motion.interpolation import smoothstep
 from . import legs
-from .arms import bent_arm, smoothstep
+from .arms import bent_arm
 from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, guess_trunk, rotation_in_frame, smooth
 from .skeleton import Bones, Mapping, character_frame
 

@@ -235,7 +235,8 @@ class _Body:
         row = self.arms.root
         while True:
             upward = [child for child in self.tree.children[row] if self._goes_up(child, row)]
-            if not upward or (rows and self._has_face(row)):
+            has_face = any(self._are_mirrored(a, b) for a, b in combinations(self.tree.children[row], 2))  # eyes or ears
+            if not upward or (rows and has_face):
                 return rows
             row = max(upward, key=lambda child: (len(self.tree.below(child)), self._height(child)))
             rows.append(row)
@@ -252,10 +253,6 @@ class _Body:
         steep = row == self.arms.root or step @ self.up > 0.6 * np.linalg.norm(step)
         low = max(self._height(row) + 0.02, -0.15)
         return steep and low < self._height(child) < HEAD_HEIGHT and abs(middle) < 0.05 * self.scale
-
-    def _has_face(self, row: int) -> bool:
-        """Return whether two children are mirror images, like eyes or ears."""
-        return any(self._are_mirrored(a, b) for a, b in combinations(self.tree.children[row], 2))
 
     def _are_mirrored(self, a: int, b: int) -> bool:
         """Return whether two bones start opposite each other, left and right of the middle."""

@@ -1,4 +1,4 @@
-"""Interpolation between frames, minimum-jerk ramps, and simplification of curves."""
+"""Interpolation between frames, smooth steps and ramps, and simplification of curves."""
 
 import numpy as np
 
@@ -17,6 +17,12 @@ def ramp(time: np.ndarray, begin: float, end: float) -> np.ndarray:
     """Return a minimum-jerk rise from 0 at ``begin`` to 1 at ``end``."""
     x = np.clip((time - begin) / max(end - begin, 1e-6), 0, 1)
     return x**3 * (10 - 15 * x + 6 * x * x)
+
+
+def smoothstep(x: np.ndarray, low: float = 0.0, high: float = 1.0) -> np.ndarray:
+    """Return 0 below ``low``, 1 above ``high`` and a smooth step between (same shape as ``x``)."""
+    t = np.clip((x - low) / (high - low), 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
 
 
 def simplify_polyline(values: np.ndarray, straight: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import rest, skeleton
+from .interpolation import smoothstep
 
 STRAIGHT_DEGREES = 12.0
 """Degrees of elbow flexion below which an arm counts as straight: its plane is not well-defined."""
@@ -112,7 +113,7 @@ def _share_needed(directions: np.ndarray, goal: np.ndarray, rule: _Rule) -> np.n
     share = np.where(wrong.any(axis=1), _GRID[np.minimum(last + 1, len(_GRID) - 1)], _GRID[0])
     # Nearly opposite the goal, the path there flips from frame to frame; moving all the way hides the flip.
     turn = np.degrees(rest.angle_between(directions[:, rule.edges], goal)).max(axis=1)
-    return np.maximum(share, _ease((turn - 130) / 40))
+    return np.maximum(share, smoothstep(turn, 130, 170))
 
 
 def _moved(directions: np.ndarray, goal: np.ndarray, share: np.ndarray, edges: tuple[int, ...]) -> np.ndarray:
@@ -270,11 +271,6 @@ def _unit(directions: np.ndarray) -> np.ndarray:
     if np.abs(length - 1).max(initial=0) < 1e-5:
         return directions
     return np.where(length > 1e-6, skeleton.normalize(directions), skeleton.MEAN_UNIT).astype(np.float32)
-
-
-def _ease(x: np.ndarray) -> np.ndarray:
-    x = np.clip(x, 0, 1)
-    return x * x * (3 - 2 * x)
 
 
 _RULES = (*map(_outside, _CONES), _bends(0), _bends(1), _leaves_trunk((0,)), _leaves_trunk((1,)), _leaves_trunk((0, 1)))

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..motion import rest, skeleton
+from ..motion.interpolation import smoothstep
 from .markup import Mark
 
 
@@ -130,8 +131,7 @@ def apply_hints(directions: np.ndarray, wishes: HintEffects, pose: np.ndarray) -
 def envelope(time: np.ndarray, start: float, end: float) -> np.ndarray:
     """Return weights that are 1 from ``start`` to ``end`` seconds and ease to 0 within half a second outside."""
     outside = np.maximum(np.maximum(start - time, time - end), 0) / _RAMP_SECONDS
-    share = np.clip(1 - outside, 0, 1)
-    return share * share * (3 - 2 * share)
+    return smoothstep(1 - outside)
 
 
 def _lead_with(directions: np.ndarray, weight: np.ndarray, side: float, pose: np.ndarray) -> np.ndarray:

@@ -3,13 +3,13 @@
 import numpy as np
 
 from ...core.motion import quaternion
+from ...core.motion.interpolation import smoothstep
 
 
 def ramp(frames: np.ndarray, length: int, at_end: bool = False) -> np.ndarray:
     """Return a smooth weight (keys,) from 0 on the first frame to 1 after ``length`` frames, or mirrored to the end."""
     distance = frames[-1] - frames if at_end else frames - frames[0]
-    share = np.clip(distance / length, 0.0, 1.0) if length else np.ones(len(frames))
-    return share * share * (3 - 2 * share)
+    return smoothstep(distance / length) if length else np.ones(len(frames))
 
 
 def mix(rotations: dict[str, np.ndarray], others: dict[str, np.ndarray], share: np.ndarray) -> dict[str, np.ndarray]:

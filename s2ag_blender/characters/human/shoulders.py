@@ -5,6 +5,7 @@ between joint and neck. As the arm goes down that skin rises and makes shoulders
 
 import numpy as np
 
+from ....core.motion.interpolation import smoothstep
 from . import source
 
 _LOWERED = 0.3
@@ -27,7 +28,7 @@ def lowered(points: np.ndarray) -> np.ndarray:
     shaped, above = points.copy(), np.array([0.35, 0.0, 1.0]) / np.hypot(0.35, 1.0)
     for side, sign in (("l", 1), ("r", -1)):
         away, size = _from_joint(points, side)
-        near = 1 - _ease((np.linalg.norm(away * [1, 0.8, 1], axis=1) - 0.05) / 0.09)
+        near = 1 - smoothstep((np.linalg.norm(away * [1, 0.8, 1], axis=1) - 0.05) / 0.09)
         less = _LOWERED * near * np.maximum(away @ above, 0)
         less[joints] = 0
         shaped -= size * less[:, None] * above * [sign, 1, 1]
@@ -53,9 +54,9 @@ def divided(name: str, bones: list[str], weights: np.ndarray, people: list[np.nd
 def _share(points: np.ndarray, side: str, had: np.ndarray) -> np.ndarray:
     """Return the arm's share (n,) of the skin at ``points``, never more than it ``had``; below the joint it stays."""
     away, _ = _from_joint(points, side)
-    reach = 0.55 + 0.45 * _ease(away[:, 2] / 0.06 + 0.5)
-    wanted = _ease((away @ _ACROSS + _BEFORE * reach) / ((_BEFORE + _BEHIND) * reach))
-    near = (1 - _ease((np.linalg.norm(away, axis=1) - 0.13) / 0.05)) * _ease((away[:, 2] + 0.03) / 0.08)
+    reach = 0.55 + 0.45 * smoothstep(away[:, 2] / 0.06 + 0.5)
+    wanted = smoothstep((away @ _ACROSS + _BEFORE * reach) / ((_BEFORE + _BEHIND) * reach))
+    near = (1 - smoothstep((np.linalg.norm(away, axis=1) - 0.13) / 0.05)) * smoothstep((away[:, 2] + 0.03) / 0.08)
     return had - near * np.maximum(had - wanted, 0)
 
 
@@ -71,8 +72,3 @@ def _is_below(rig: dict, bone: str, root: str) -> bool:
     while bone and bone != root:
         bone = rig[bone]["parent"]
     return bool(bone)
-
-
-def _ease(share: np.ndarray) -> np.ndarray:
-    share = np.clip(share, 0, 1)
-    return share * share * (3 - 2 * share)
