@@ -33,7 +33,8 @@ class Options:
 
     ``clear_body`` moves arms out of a trunk that is broader than the performer's, and hands, where the motion has
     them, out of each other, the other arm, the trunk and the head. ``limits`` keeps clavicles and the twist of upper arms
-    and forearms within a human range. The first changes edge directions, but only in frames with a violation.
+    and forearms within a human range. The first changes edge directions, but only in frames with a violation. With ``sight``,
+    no hand hides the face: who speaks keeps it clear, who yawns or scratches does not.
     ``seated`` is OFF, AUTO (by the legs) or ON, and ``table`` the height in metres of a table in the scene, 0 without one
     (:mod:`.seat`)."""
 
@@ -46,6 +47,7 @@ class Options:
     fingers: float = 1.0
     clear_body: bool = True
     limits: bool = True
+    sight: bool = True
     seated: str = "AUTO"
     table: float = 0.0
 
@@ -256,7 +258,7 @@ class Goals:
                 hands[side] = contact.PosedHand(spheres, self.target_hand(side), self.hands.shape[:, index], share)
             heads: list[head_ellipsoid.TurningHead] = []
             if isinstance(girth.skull, head_ellipsoid.HeadEllipsoid):
-                kinds = head_ellipsoid.TurningHead, head_ellipsoid.Sight
+                kinds = (head_ellipsoid.TurningHead, head_ellipsoid.Sight)[: 1 + self.options.sight]
                 heads = [kind(girth.skull, placed.frame, done["neck"], done["head"]) for kind in kinds]
             self.directions = yield from contact.resolve_contacts(
                 trunk, placed, self.directions, torso, clavicles, hands, self.fps, heads, surface

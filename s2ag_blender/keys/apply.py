@@ -138,6 +138,7 @@ def solve_keys_in_slices(
     yield
     body = trunk() if trunk else body_shape.read_trunk(armature, bones, mapping)
     yield
+    options = replace(options or Options(), sight="audio" in motion.meta)
     about = {"scene": scene, "options": options, "tell": tell, "trunk": body}
     solution = yield from solver.solve_in_slices(armature, bones, mapping, source, keys, **about)
     solved = Keys(keys.frames, solution.rotations, solution.values, solution.places, solution.stood, mapping)
