@@ -25,8 +25,8 @@ ADVICE = (
 )
 WHOLE = (0.0, 0.0, 1.0, 1.0)
 _PROGRAM = Path(__file__).with_name("pose_program.py")
-_SAVE_EVERY = 20.0
-"""Seconds between two savings of what has been seen."""
+_SAVE_EVERY, _SAVING = 2.0, 0.05
+"""Seconds between two savings of what has been seen, as a capture may be ended at any moment; the share of time they may take."""
 _LIMIT = 600.0, 60.0
 """Seconds that a film may take, and more for each of its seconds: only a program that hangs takes that long."""
 
@@ -116,7 +116,7 @@ class _Seen:
         self.times: list[float] = []
         self.changes: list[float] = []
         self.answers: list[tuple[np.ndarray, ...]] = []
-        self.size, self._saved, self._old = np.zeros(2, int), time.monotonic(), self._load()
+        self.size, self._due, self._old = np.zeros(2, int), time.monotonic() + _SAVE_EVERY, self._load()
 
     def _load(self) -> Landmarks | None:
         if self.kept is None or not Path(self.kept).is_file():
@@ -148,7 +148,7 @@ class _Seen:
         pose = points(answer["pose"], (BODY, 4))
         hands = (points(answer[side], (HAND, 3)) for side in ("left", "right"))
         self.answers.append((pose, points(answer["world"], (BODY, 3)), *hands, points(answer["face"], (FACE, 3))))
-        if time.monotonic() - self._saved > _SAVE_EVERY:
+        if time.monotonic() > self._due:
             self.save()
 
     def landmarks(self) -> Landmarks:
@@ -170,6 +170,8 @@ class _Seen:
 
     def save(self) -> None:
         """Write what has been seen to the file it is kept in."""
-        self._saved = time.monotonic()
+        begun = time.monotonic()
         if self.kept is not None and self.answers:
             self.landmarks().save(self.kept)
+        now = time.monotonic()
+        self._due = now + max(_SAVE_EVERY, (now - begun) / _SAVING)

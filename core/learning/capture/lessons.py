@@ -20,9 +20,9 @@ from ..own_style import trial
 from . import estimator, filmed, weights
 from .landmarks import Landmarks
 
-COUNT, SIZE = 208, (704, 448)
+COUNT, SIZE = 282, (704, 448)
 """Films, and pixels of their pictures; each is looked at as it is, and made worse."""
-PEOPLE = 43
+PEOPLE = 80
 """People made by chance that are filmed beside the characters."""
 _SECONDS = 4.0
 _LIGHTS = "Default", "basic.sl", "outdoor.sl", "paint.sl", "rim.sl", "studio.sl"

@@ -23,9 +23,10 @@ _SHOULDER, _ELBOW, _WRIST, _JUDGED = 1, 3, 5, slice(2, 6)
 """Rows among these: those of the right arm, and those whose visibility counts."""
 _HAND = (4, 5, 8, 9, 12, 17, 20)
 """Points of a hand that are features: tips of thumb, index, middle and little finger, knuckles."""
-PARTS = {"bones": 6, "deep": 42, "shown": 28, "sure": 4, "own": 30, "other": 30, "lengths": 4}
+PARTS = {"bones": 6, "deep": 42, "shown": 28, "sure": 4, "own": 30, "other": 30, "lengths": 4, "stands": 6}
 """Features by kind, in this order: directions of the arm, points in depth and flat, visibility, the own hand, the other one;
-the longest that upper arm and forearm are seen in the whole film, and the shares of that which they have."""
+the longest that upper arm and forearm are seen in the whole film, and the shares of that which they have; where down and ahead
+of the body are, as the camera's place is known or estimated."""
 _LONGEST = 97.0
 """Percentile of the lengths of seen bones that counts as the longest."""
 _QUICKER, _QUICK = 0.2, 2.0
@@ -95,7 +96,7 @@ def features(found: Landmarks, pose: body.Pose, side: int) -> Features:
         wrist = (placed[:, 0, :2] - middle[:, 0] / scale) * mirror[:2]
         parts += [there[:, None], *(part * there.reshape(-1, *[1] * (part.ndim - 1)) for part in (wrist, own[:, _HAND], held))]
         starts += [held * there[:, None, None]] if hand == side else []
-    parts += [np.broadcast_to(longest, (len(found), 2)), lengths[:, side] / longest]
+    parts += [np.broadcast_to(longest, (len(found), 2)), lengths[:, side] / longest, view[:, 1:]]
     return Features(np.concatenate([part.reshape(len(found), -1) for part in parts], 1), np.concatenate(starts, 1), view)
 
 

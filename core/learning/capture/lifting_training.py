@@ -65,7 +65,7 @@ def pieces(found: Landmarks, truth: Motion, angles: np.ndarray) -> list[Piece]:
 
 def learn(films: Sequence[Film], progress: Callable[[float], None] = lambda share: None) -> dict[str, np.ndarray]:
     """Return the weights that films teach, each with the known motion and the camera's angles ``(n, 2)``."""
-    seen = [body.read(found).seen for found, _, _ in films]
+    seen = [body.read(found, viewpoint.view(angles)).seen for found, _, angles in films]
     rows = [(viewpoint.features(found), angles) for found, _, angles in films]
     both = [[part[there] for part in parts] for (parts, _), there in zip(rows, seen, strict=True)]
     places = [angles[there] for (_, angles), there in zip(rows, seen, strict=True)]

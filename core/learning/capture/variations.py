@@ -9,6 +9,8 @@ from . import lifting
 
 _TURN = 0.07, 0.09, 0.09
 """Deviations in radians of turns about the axes across, upwards and ahead."""
+_ASTRAY = 0.06, 0.12, 0.03
+"""Deviations in radians by which the camera's place is not known."""
 _BONE, _EACH = 0.12, 0.05
 """Deviations of the logarithm of lengths: of a body's parts, and of an arm's bones beside the other's."""
 _DEPTH, _PLACE = 0.08, 0.02
@@ -29,13 +31,14 @@ Given = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 def varied(rows: torch.Tensor, start: torch.Tensor, wanted: torch.Tensor, exact: bool = False) -> Given:
     """Return pieces ``rows`` ``(b, n, d)``, with ``start`` and ``wanted`` ``(b, n, 4, 3)``, each varied by chance; ``exact``:
     without errors of points."""
-    bones, deep, shown, sure, own, other, lengths = rows.split(list(lifting.PARTS.values()), -1)
+    bones, deep, shown, sure, own, other, lengths, stands = rows.split(list(lifting.PARTS.values()), -1)
     count, frames = rows.shape[:2]
     turn, scales = _turns(count), _Scales(count)
     flat = shown.reshape(count, frames, _POINTS, 2)
     placed = scales.applied(deep.reshape(count, frames, _POINTS, 3))
     turned = torch.einsum("bij,bnkj->bnki", turn, placed)
     after = scales.applied(flat) + (turned - placed)[..., :2]
+    stood = torch.einsum("bij,bnkj->bnki", _turns(count, _ASTRAY) @ turn, stands.unflatten(-1, (-1, 3)))
     if not exact:
         turned = turned * torch.cat([torch.ones(count, 2), _scale(count, _DEPTH)], 1)[:, None, None]
         turned = turned + torch.randn(count, 1, _POINTS, 3) * torch.tensor([0.5, 0.5, 1.0]) * _PLACE
@@ -47,7 +50,7 @@ def varied(rows: torch.Tensor, start: torch.Tensor, wanted: torch.Tensor, exact:
         for hand, wrist, there in zip((own, other), (5, 4), kept, strict=True)
     ]
     held = torch.einsum("bij,bnkj->bnki", turn, start[:, :, 2:]) * kept[0][..., None]
-    made = arm.flatten(2), turned.flatten(2), after.flatten(2), sure, *hands, _lengths(flat, after, lengths)
+    made = arm.flatten(2), turned.flatten(2), after.flatten(2), sure, *hands, _lengths(flat, after, lengths), stood.flatten(2)
     return torch.cat(made, -1), torch.cat([arm, held], 2), torch.einsum("bij,bnkj->bnki", turn, wanted)
 
 
@@ -77,10 +80,10 @@ def _scale(count: int, spread: float) -> torch.Tensor:
     return torch.exp(torch.randn(count, 1) * spread)
 
 
-def _turns(count: int) -> torch.Tensor:
+def _turns(count: int, spreads: tuple[float, ...] = _TURN) -> torch.Tensor:
     """Return rotations ``(count, 3, 3)`` by small angles."""
     result = torch.eye(3).repeat(count, 1, 1)
-    for spread, (row, column) in zip(_TURN, ((1, 2), (2, 0), (0, 1)), strict=True):
+    for spread, (row, column) in zip(spreads, ((1, 2), (2, 0), (0, 1)), strict=True):
         angle, turn = torch.randn(count) * spread, torch.eye(3).repeat(count, 1, 1)
         turn[:, row, row] = turn[:, column, column] = angle.cos()
         turn[:, row, column], turn[:, column, row] = -angle.sin(), angle.sin()

@@ -51,7 +51,7 @@ def features(found: Landmarks) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _joined(parts: tuple[np.ndarray, ...], there: np.ndarray) -> np.ndarray:
-    return np.concatenate([*(part.reshape(len(there), -1) for part in parts), there[:, None], np.ones((len(there), 1))], 1)
+    return np.concatenate([*(part.reshape(len(there), -1) for part in parts), there[:, None]], 1)
 
 
 def _mapped(rows: np.ndarray, weights: dict[str, np.ndarray]) -> np.ndarray:

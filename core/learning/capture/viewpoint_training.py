@@ -8,7 +8,7 @@ from torch import nn
 
 from . import viewpoint
 
-_WIDTH, _DROPPED, _TREMBLE = 96, 0.4, 0.3
+_WIDTH, _DROPPED, _TREMBLE = 192, 0.2, 0.6
 _EPOCHS, _BATCH, _RATE, _DECAY = 30, 256, 3e-3, 1e-2
 _SMALL = 0.2
 """Errors, in units of the network, below which they count squared."""
