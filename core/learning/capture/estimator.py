@@ -26,7 +26,7 @@ ADVICE = (
 WHOLE = (0.0, 0.0, 1.0, 1.0)
 _PROGRAM = Path(__file__).with_name("pose_program.py")
 _SAVE_EVERY, _SAVING = 2.0, 0.05
-"""Seconds between two savings of what has been seen, as a capture may be ended at any moment; the share of time they may take."""
+"""Seconds between two savings of what has been seen, as a capture may be ended at any moment; the share of time they take."""
 _LIMIT = 600.0, 60.0
 """Seconds that a film may take, and more for each of its seconds: only a program that hangs takes that long."""
 
