@@ -30,7 +30,7 @@ Given = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 
 def varied(rows: torch.Tensor, start: torch.Tensor, wanted: torch.Tensor, exact: bool = False) -> Given:
     """Return pieces ``rows`` ``(b, n, d)``, with ``start`` and ``wanted`` ``(b, n, 4, 3)``, each varied by chance; ``exact``:
-    without errors of points."""
+    without errors of points and of the camera's place."""
     bones, deep, shown, sure, own, other, lengths, stands = rows.split(list(lifting.PARTS.values()), -1)
     count, frames = rows.shape[:2]
     turn, scales = _turns(count), _Scales(count)
@@ -38,8 +38,9 @@ def varied(rows: torch.Tensor, start: torch.Tensor, wanted: torch.Tensor, exact:
     placed = scales.applied(deep.reshape(count, frames, _POINTS, 3))
     turned = torch.einsum("bij,bnkj->bnki", turn, placed)
     after = scales.applied(flat) + (turned - placed)[..., :2]
-    stood = torch.einsum("bij,bnkj->bnki", _turns(count, _ASTRAY) @ turn, stands.unflatten(-1, (-1, 3)))
+    stood = torch.einsum("bij,bnkj->bnki", turn, stands.unflatten(-1, (-1, 3)))
     if not exact:
+        stood = torch.einsum("bij,bnkj->bnki", _turns(count, _ASTRAY), stood)
         turned = turned * torch.cat([torch.ones(count, 2), _scale(count, _DEPTH)], 1)[:, None, None]
         turned = turned + torch.randn(count, 1, _POINTS, 3) * torch.tensor([0.5, 0.5, 1.0]) * _PLACE
     arm = torch.stack([turned[:, :, at] - turned[:, :, before] for before, at in _BONES], 2)

@@ -79,6 +79,9 @@ def test_varied_lessons_stay_true():
     assert (after - wanted).abs().max() > 0.05 and (varied - rows).abs().max() > 0.05
     assert torch.allclose(begun[:, :, :2], after[:, :, :2], atol=1e-5)  # an estimator without errors still has none
     assert torch.allclose(after.norm(dim=-1)[:, :, :2], torch.ones(()), atol=1e-5)
+    down, arm = (part[..., -6:-3] for part in (rows, varied)), (part[:, :, 1] for part in (wanted, after))
+    before, now = ((one * other).sum(-1) for one, other in zip(down, arm, strict=True))
+    assert torch.allclose(before, now, atol=1e-5)  # arms hang as they hung, however the camera has turned
 
 
 @pytest.mark.parametrize("swaying", [False, True])
