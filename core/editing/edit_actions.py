@@ -122,11 +122,8 @@ def _change(filler: Regenerator, state: State, edit: dict, apart: float) -> tupl
     hand, size = edit.get("hand"), edit.get("size", 1.0)
     if edit.get("kind", gesture.kind) not in (gesture.kind, BEAT):
         return semantic_gestures.place_gesture(filler, state, edit, gesture.at, others, edit["kind"], hand, size, apart > 0)
-    core, own_hand, metres = (
-        stroke_core.core_at(state.motion, gesture, gesture.at, gesture.kind != BEAT),
-        gesture.hand,
-        gesture.size,
-    )
+    core = stroke_core.core_at(state.motion, gesture, gesture.at, gesture.kind != BEAT)
+    own_hand, metres = gesture.hand, gesture.size
     if edit.get("kind", gesture.kind) != gesture.kind:
         core, own_hand, metres = _borrow_beat(filler, state, edit, gesture.at)
     nearer = stroke_placement.SECOND if apart else 0.0

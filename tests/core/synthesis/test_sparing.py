@@ -76,8 +76,9 @@ def test_a_mark_of_a_word_is_not_spared(session, examples):
     assert np.abs(times(motion) - said).min() < 0.7
 
 
-def test_what_is_added_to_a_spared_take_is_had(session, perform, examples):
-    asked = {"style": "brisk presenter", "seed": 1, "rate": -1.0}
+@pytest.mark.parametrize(("style", "seed"), [("brisk presenter", 1), ("shy student", 5)])  # the second one is quite still
+def test_what_is_added_to_a_spared_take_is_had(session, perform, examples, style, seed):
+    asked = {"style": style, "seed": seed, "rate": -1.0}
     request = Request(examples / "hello.flac", transcript=examples / "hello.txt", **asked)
     director = Director(session)
     before = director.direct(request, []).motions[0]
