@@ -8,7 +8,7 @@ from ..core.motion import quaternion
 from . import fingers, limits
 from .arms import angle_about
 from .fingers import SIDES
-from .proportions import EASE, smooth
+from .proportions import EASE, calm, smooth
 from .skeleton import Bones, Mapping
 
 PRONATION = np.radians([-115.0, 115.0])
@@ -88,7 +88,7 @@ def limit_wrist(
     # A hand that came round to its range from the far side is within it again; what is brief stays at the same end.
     rounds = np.round((twist + palm.neutral) / (2 * np.pi))[:, None]
     rounds = smooth(np.round(smooth(rounds, round(fps))), round(EASE * fps))[:, 0]
-    allowed = limits.soft_limit(twist + palm.neutral - 2 * np.pi * rounds, PRONATION) - palm.neutral
+    allowed = calm(limits.soft_limit(twist + palm.neutral - 2 * np.pi * rounds, PRONATION), fps) - palm.neutral
     return quaternion.multiply(quaternion.about(fore, allowed - twist), target), allowed
 
 

@@ -19,6 +19,8 @@ TOUCH = 0.02
 """Tolerated intersection in arm lengths, as of a sleeve with a coat."""
 EASE = 0.3
 """Seconds over which a correction fades in and out."""
+FASTEST = 12.0
+"""Radians a second above which a turn about an arm's axis is no person's: hands and elbows that change sides."""
 _SLICES = 12
 _ROUND = 3
 """Exponent of a slice's outline: 2 is an ellipse, more is fuller at the corners, as trunks and pairs of thighs are."""
@@ -324,6 +326,13 @@ def envelope(need: np.ndarray, reach: int) -> np.ndarray:
     width = 2 * reach + 1
     held = np.lib.stride_tricks.sliding_window_view(np.pad(need, reach, mode="edge"), width).max(-1)
     return smooth(held[:, None], reach)[:, 0]
+
+
+def calm(angle: np.ndarray, fps: float) -> np.ndarray:
+    """Return an angle (frames,) in radians whose changes faster than :data:`FASTEST` are spread over time; others stay."""
+    fast = (np.abs(np.diff(angle, append=angle[-1:])) * fps > FASTEST).astype(float)
+    reach = max(1, round(EASE * fps))
+    return angle + envelope(fast, reach) * (smooth(angle[:, None], reach)[:, 0] - angle)
 
 
 def smooth(values: np.ndarray, reach: int) -> np.ndarray:

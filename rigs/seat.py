@@ -11,10 +11,10 @@ import numpy as np
 
 from ..core.motion import handshape, quaternion, skeleton
 from ..core.motion.hands import FOREARMS, Hands
-from ..core.motion.interpolation import smoothstep
+from ..core.motion.interpolation import smoothstep, true_runs
 from . import legs
-from .arms import bent_arm
-from .proportions import SIDES, ArmOrigin, TrunkShape, chest_rotations, guess_trunk, rotation_in_frame, smooth
+from .arms import angle_about, bent_arm
+from .proportions import SIDES, ArmOrigin, TrunkShape, calm, chest_rotations, guess_trunk, rotation_in_frame, smooth
 from .skeleton import Bones, Mapping, character_frame
 
 LEVEL, BENT = np.radians(35.0), np.radians(40.0)
@@ -121,12 +121,28 @@ class Surface:
                 floor = np.maximum(floor, self.seat.table + _WRIST * size)
             goal[:, 2] = np.maximum(goal[:, 2], floor - shoulder[:, 2])
             moved = np.flatnonzero(np.abs(goal - wrist).max(-1) > 1e-9)
-            elbow = upper[moved] + share[moved, None] * (np.multiply(_ELBOW, [sign, 1, 1]) - upper[moved])
-            for edge, new in zip(edges, bent_arm(goal[moved], elbow, long, short, _FULL), strict=True):
+            along, out = skeleton.normalize(goal), np.broadcast_to(np.multiply(_ELBOW, [sign, 1, 1]), goal.shape)
+            aside = calm(np.unwrap(angle_about(along, out, upper + share[:, None] * (out - upper))), fps)
+            elbow = quaternion.rotate(quaternion.about(along, aside), out)
+            for edge, new in zip(edges, bent_arm(goal[moved], elbow[moved], long, short, _FULL), strict=True):
                 result[moved, edge] = new @ turn
         knuckles, down = (skeleton.blender_to_canonical(part @ self.seat.turn) for part in (laid, np.array([0.0, 0.0, -1.0])))
         flat = np.broadcast_to(0.5 * handshape.RELAXED, hands.shape.shape)
-        return result, hands.mixed(Hands.of(knuckles, np.broadcast_to(down, knuckles.shape), flat), shares)
+        return result, _turned(hands, Hands.of(knuckles, np.broadcast_to(down, knuckles.shape), flat), shares)
+
+
+def _turned(hands: Hands, lying: Hands, shares: np.ndarray) -> Hands:
+    """Return hands turned by ``shares`` (frames, 2) to those that are lying, each time one way round, mostly the shorter."""
+    axes = [np.stack([one.knuckles, one.palms, np.cross(one.knuckles, one.palms)], -1) for one in (hands, lying)]
+    start, end = map(quaternion.from_matrix, axes)
+    turn, weights = quaternion.continuous(quaternion.multiply(quaternion.conjugate(start), end)), shares * (1 - shares)
+    for side in range(len(SIDES)):
+        for first, last in true_runs(weights[:, side] > 0):
+            turn[first:last, side] *= np.sign(weights[first:last, side] @ turn[first:last, side, 0]) or 1.0
+    sine = np.linalg.norm(turn[..., 1:], axis=-1)
+    part = quaternion.about(turn[..., 1:] / np.maximum(sine, 1e-9)[..., None], 2 * np.arctan2(sine, turn[..., 0]) * shares)
+    led = quaternion.to_matrix(quaternion.multiply(start, part))
+    return Hands.of(led[..., 0], led[..., 1], hands.mixed(lying, shares).shape)
 
 
 def relaxed_hands(directions: np.ndarray) -> Hands:

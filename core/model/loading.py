@@ -48,18 +48,14 @@ def _by_numpy(path: Path, facts: dict) -> LoadedCheckpoint:
     try:
         config = ModelConfig.from_dict(facts["config"])
         speakers = [dict(speaker) for speaker in facts.get("speakers", [])]
-        light = network.NumpyNetwork(config, _generator(arrays)) if network.supports(config) else None
+        own = {name.removeprefix("generator."): one for name, one in arrays.items() if name.startswith("generator.")}
+        light = network.NumpyNetwork(config, own) if network.supports(config) else None  # without a discriminator's arrays
     except (S2agError, KeyError, TypeError, ValueError, IndexError) as error:
         reason = " ".join(str(error).split())[:200]
         raise CheckpointUnreadable(f"The checkpoint {path} does not fit this version: {reason}", REMEDY) from error
     if light is None:
         raise UsageError(f"numpy cannot compute the network of {path.name}.", "Use the backend torch.")
     return LoadedCheckpoint(config, light, speakers, facts, digest)
-
-
-def _generator(arrays: dict) -> dict:
-    """Return the generator's arrays; a file may hold a discriminator, too."""
-    return {name.removeprefix("generator."): array for name, array in arrays.items() if name.startswith("generator.")}
 
 
 def _by_torch(path: Path, device: str) -> LoadedCheckpoint:

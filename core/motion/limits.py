@@ -154,7 +154,8 @@ def _bends(side: int) -> _Rule:
         # A hand in front of the chest, rotated from the middle of the shoulder's range: unlike the front of a hanging arm,
         # it changes slowly with the arm everywhere.
         along, front, inner = _arm_frame(directions, side)
-        turn = _turn(_carried(_MIDDLES[upper], _before_chest(side), along), front, inner)
+        bent = _bent(*_arm_frame(_MIDDLES, side), np.array(30.0))  # comfortably, before the chest
+        turn = _turn(_carried(_MIDDLES[upper], bent, along), front, inner)
         inward, outward = _limits(along)
         return _bent(along, front, inner, np.clip(turn, 20 - outward, inward - 20))[..., None, :]
 
@@ -228,11 +229,6 @@ def _carried(start: np.ndarray, vector: np.ndarray, end: np.ndarray) -> np.ndarr
     length = np.maximum(1 + (end @ start)[..., None], 1e-6)
     along = vector @ start
     return vector + 2 * along * end - (along + (end @ vector)[..., None]) / length * (start + end)
-
-
-def _before_chest(side: int) -> np.ndarray:
-    """Return the comfortably bent forearm ``(3,)`` of an arm in the middle of its range."""
-    return _bent(*_arm_frame(_MIDDLES, side), np.array(30.0))
 
 
 def _bent(along: np.ndarray, front: np.ndarray, inner: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -90,7 +90,8 @@ class WordVectors:
     def _key(self, word: str) -> str | None:
         """Return the form of a word that is in the vocabulary, or None."""
         plain = normalise(word)
-        for form in (word, plain, _without_accents(plain), plain.removesuffix("'s")):
+        bare = "".join(char for char in unicodedata.normalize("NFKD", plain) if not unicodedata.combining(char))
+        for form in (word, plain, bare, plain.removesuffix("'s")):
             if form in self.key_to_index:
                 return form
         return None
@@ -217,7 +218,3 @@ def vectors_per_frame(
     if len(numbers):
         result[index >= 0] = vectors.vectors([words[number][0] for number in numbers])[inverse]
     return result
-
-
-def _without_accents(word: str) -> str:
-    return "".join(char for char in unicodedata.normalize("NFKD", word) if not unicodedata.combining(char))

@@ -314,11 +314,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
     return 0
 
 
-def _end(code: int) -> None:
-    """Exit the process at once, because threads of libraries may abort it while Python shuts down."""
-    sys.stderr.flush()
-    os._exit(code)
-
-
 if __name__ == "__main__":
-    _end(main())
+    code = main()
+    sys.stderr.flush()
+    os._exit(code)  # threads of libraries may abort it while Python shuts down

@@ -86,7 +86,7 @@ def families() -> tuple[Family, ...]:
 def detect(names: tuple[str, ...]) -> Shapes | None:
     """Return the shape keys of the family that expresses most with keys of these ``names``; None if no mouth can speak."""
     candidates = [shapes for family in families() if (shapes := _match(family, names)) is not None]
-    return max(candidates, key=_score, default=None)
+    return max(candidates, key=lambda one: (len(one.shown & set(MOUTH)), len(one.shown), len(one.keys)), default=None)
 
 
 def save(path: str | PathLike, shapes: Shapes) -> None:
@@ -178,11 +178,6 @@ def _match(family: Family, names: Collection[str]) -> Shapes | None:
     keys = {name: parts for name, parts in keys.items() if not (one_sided and set(sides) <= parts.keys())}
     shapes = Shapes(family.name, keys, family.rest)
     return shapes if len(shapes.shown & set(MOUTH)) >= _MIN_MOUTH_CHANNELS else None
-
-
-def _score(shapes: Shapes) -> tuple[int, int, int]:
-    """Return a sort key: more mouth channels, more channels, more keys are better."""
-    return len(shapes.shown & set(MOUTH)), len(shapes.shown), len(shapes.keys)
 
 
 def _plain(name: str) -> str:

@@ -122,8 +122,8 @@ def write_channels(
             if few is not None:
                 keys = _thin_keys(frames, column, few, place)
             else:
-                still = len(column) < len(frames)
-                keys = _dense_keys(frames[: len(column)], column, "CONSTANT" if still else interpolation)
+                style = _key_style(len(column), "CONSTANT" if len(column) < len(frames) else interpolation)
+                keys = {"co": np.stack([frames[: len(column)], column], -1).astype(np.float32), **style}
             _write_keys(curve, keys, frames[-1], (one.path, index) in cut)
 
 
@@ -162,11 +162,6 @@ def restore_former_values(armature: ArmatureObject, action: bpy.types.Action, bu
             with contextlib.suppress(ValueError):
                 dependencies.set_value(armature, path, value)
     armature.update_tag()
-
-
-def _dense_keys(frames: np.ndarray, values: np.ndarray, interpolation: str) -> dict[str, np.ndarray]:
-    """Return one key for every value."""
-    return {"co": np.stack([frames, values], -1).astype(np.float32), **_key_style(len(frames), interpolation)}
 
 
 def _thin_keys(frames: np.ndarray, values: np.ndarray, thin: ReducedKeys, place: int) -> dict[str, np.ndarray]:

@@ -44,7 +44,7 @@ def parse(content: str, form: str, path: Path) -> Source:
         span = parse_times(*(_seconds(part, scale) for part in fields[:2])) if len(fields) == 3 else None
         if span is None:
             raise TranscriptUnreadable(f"Label {number} of {path} has no start, end and text.", "Separate them by tabs.")
-        items.append(_item(fields[2].strip(), *span))
+        items.append(Item(fields[2].strip(), *span, word=len(fields[2].split()) == 1))
     return Source("labels", items)
 
 
@@ -76,10 +76,6 @@ def _mfa(content: str, path: Path) -> list[Item]:
         if row[2].lower() not in _EMPTY:
             items.append(Item(row[2], *span, word=True))
     return items
-
-
-def _item(text: str, start: float, end: float) -> Item:
-    return Item(text, start, end, word=len(text.split()) == 1)
 
 
 def _seconds(text: str, scale: float) -> float | None:
