@@ -120,7 +120,10 @@ def _shortest(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 def _trunk(directions: np.ndarray, turned: np.ndarray, seen: np.ndarray) -> None:
-    """Lean the trunk, and tilt and turn the clavicles, by what differs from the film's usual posture."""
+    """Lean the trunk, and tilt and turn the clavicles, by what differs from the film's usual posture; not where the estimator
+    sees the trunk upside down, as it may in the dark."""
+    stands = turned[:, SHOULDERS, 1].mean(1) < turned[:, HIPS, 1].mean(1)
+    seen = seen & stands
     if not seen.any():
         return
     up = skeleton.normalize(turned[:, SHOULDERS].mean(1) - turned[:, HIPS].mean(1))
@@ -129,7 +132,7 @@ def _trunk(directions: np.ndarray, turned: np.ndarray, seen: np.ndarray) -> None
         usual = np.median(now[seen], axis=0)
         for edge in edges:
             sign = mirrored if edge == 6 else 1
-            directions[:, edge] += sign * (now - usual)
+            directions[:, edge] += sign * np.where(stands[:, None], now - usual, 0)
 
 
 def _head(directions: np.ndarray, found: Landmarks, view: np.ndarray, seen: np.ndarray) -> float | None:

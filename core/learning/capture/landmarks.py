@@ -1,7 +1,7 @@
 """What an estimator saw in a film: points of body, hands and face over time, as a file that a stopped capture goes on from."""
 
 import io
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from os import PathLike
 
 import numpy as np
@@ -13,6 +13,9 @@ from ...files import atomic_file
 BODY, HAND, FACE = 33, 21, 11
 """Points of MediaPipe's body and hand, and of the face those of ``pose_program.FACE``."""
 _LARGEST = 2_000_000_000
+_OTHER_SIDE = np.array([0, 4, 5, 6, 1, 2, 3, 8, 7, 10, 9, *(at + 1 - 2 * (at % 2 == 0) for at in range(11, BODY))])
+"""For each point of the body that of the other side."""
+_SHOULDERS = 11, 12
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,16 @@ class Landmarks:
                 return found
         except (OSError, npz.NotArrays) as error:
             raise CorpusUnreadable(f"{path} holds no landmarks: {error}.", "Delete it and capture the film again.") from error
+
+
+def facing(found: Landmarks) -> Landmarks:
+    """Return what was seen of somebody who faces the camera: where a face is in the dark or under hair, the estimator takes the
+    front for the back, so that left and right, near and far change places."""
+    turned = found.pose[:, _SHOULDERS[0], 0] < found.pose[:, _SHOULDERS[1], 0]
+    pose, world, left, right = (part.copy() for part in (found.pose, found.world, found.left, found.right))
+    pose[turned], world[turned] = pose[turned][:, _OTHER_SIDE], world[turned][:, _OTHER_SIDE] * [1, 1, -1]
+    left[turned], right[turned] = found.right[turned], found.left[turned]
+    return replace(found, pose=pose, world=world, left=left, right=right)
 
 
 def points(rows: list | None, shape: tuple[int, int]) -> np.ndarray:

@@ -11,7 +11,7 @@ from ...motion import skeleton
 from ...motion.motion import Motion
 from ...motion.skeleton import FPS
 from . import body, lifting, variations, viewpoint, viewpoint_training
-from .landmarks import Landmarks
+from .landmarks import Landmarks, facing
 
 STEPS = 1, 2, 2
 """Frames between the rows that each layer sees."""
@@ -65,6 +65,7 @@ def pieces(found: Landmarks, truth: Motion, angles: np.ndarray) -> list[Piece]:
 
 def learn(films: Sequence[Film], progress: Callable[[float], None] = lambda share: None) -> dict[str, np.ndarray]:
     """Return the weights that films teach, each with the known motion and the camera's angles ``(n, 2)``."""
+    films = [(facing(found), truth, angles) for found, truth, angles in films]
     seen = [body.read(found, viewpoint.view(angles)).seen for found, _, angles in films]
     rows = [(viewpoint.features(found), angles) for found, _, angles in films]
     both = [[part[there] for part in parts] for (parts, _), there in zip(rows, seen, strict=True)]

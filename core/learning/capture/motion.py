@@ -20,7 +20,7 @@ from ...sound import audio
 from ...version import VERSION
 from ...words.transcript import TranscriptOptions, timed_transcript
 from . import body, estimator, hands, lifting, people, smoothing, viewpoint
-from .landmarks import Landmarks
+from .landmarks import Landmarks, facing
 
 BRIDGED = 0.5
 """Seconds of a gap that is bridged in a straight line; longer ones lead to rest and are left out."""
@@ -105,6 +105,7 @@ def clean(found: Landmarks, camera: Sequence[float] | None = None) -> tuple[Moti
     ``meta["unseen"]`` lists seconds (start, end) without a body or arms: there the motion rests. ``meta["camera"]`` and
     ``meta["gaze"]`` are as :class:`body.Pose` has them, but that a camera that is known is as good as level.
     """
+    found = facing(found)
     pose = body.read(found, None if camera is None else viewpoint.view(np.tile(camera, (len(found), 1))))
     at = np.arange(max(int(found.times[-1] * FPS) + 1, 2)) / FPS
     lifted = lifting.lift(found, pose, at)

@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 import torch
 from s2ag.core.learning.capture import body, lessons, lifting, lifting_training, motion, variations, viewpoint, weights
+from s2ag.core.learning.capture.landmarks import facing
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.hands import Hands
 from s2ag.core.motion.motion import Motion
 from seen_bodies import apart, performed, seen
 
+OTHER_SIDE = [0, 4, 5, 6, 1, 2, 3, 8, 7, 10, 9, *np.arange(11, 33).reshape(-1, 2)[:, ::-1].ravel().tolist()]
+"""Nose, eyes, ears and mouth of the other side; then left and right in turn."""
 ANGLES = (-30, -18, -7, 0, 5, 12, 24, 31)
 
 
@@ -93,3 +96,23 @@ def test_arms_of_lessons_turn_with_their_hands(swaying):
     assert np.allclose(np.linalg.norm(turned.directions, axis=-1), 1, atol=1e-5)
     assert turned.hands is not None and np.allclose(turned.hands.knuckles, turned.directions[:, [5, 8]], atol=1e-5)
     assert np.degrees(np.arccos(np.clip((turned.directions * directions).sum(-1), -1, 1)))[:, skeleton.ARM_EDGES].max() > 3
+
+
+def test_a_body_whose_front_was_taken_for_its_back_is_seen_as_it_stands():
+    found, taken = seen(performed()), seen(performed())
+    taken.pose[40:60], taken.world[40:60] = taken.pose[40:60][:, OTHER_SIDE], taken.world[40:60][:, OTHER_SIDE] * [1, 1, -1]
+    taken.left[40:60], taken.right[40:60] = found.right[40:60], found.left[40:60]
+    again, same = facing(taken), facing(found)
+    for name in ("pose", "world", "left", "right"):
+        assert np.array_equal(getattr(again, name), getattr(found, name), equal_nan=True)
+        assert np.array_equal(getattr(same, name), getattr(found, name), equal_nan=True)
+
+
+def test_a_trunk_that_is_seen_upside_down_does_not_lean():
+    found = seen(performed())
+    found.world[40:60, body.HIPS, 1] *= -1
+    found.world[40:60, body.SHOULDERS, 1] *= -1
+    found.world[60:80, body.SHOULDERS, 2] -= 0.1
+    trunk = body.read(found, viewpoint.view(np.zeros((len(found), 2)))).directions[:, 0]
+    assert np.allclose(trunk[40:60], skeleton.MEAN_UNIT[0], atol=1e-6)
+    assert np.all(trunk[60:80, 2] > trunk[40:60, 2] + 0.1)  # ahead, where the shoulders are
