@@ -82,7 +82,12 @@ def idle(
 def listening(frames: int, style: str = "", seed: int = 0) -> np.ndarray:
     """Return numbers ``(frames, 27 + SIZE)`` of a person who listens: directions less those of the stance, and hands."""
     numbers, _ = _assemble(frames, 0, style, 1.0, np.random.default_rng((seed, zlib.crc32(style.encode()), 0x115)), True)
-    return numbers - np.where(np.arange(len(STEPS)) < 27, _table("listener")[0].numbers[0], 0)
+    return np.concatenate([numbers[:, :27] - listener().ravel(), numbers[:, 27:]], axis=1)
+
+
+def listener() -> np.ndarray:
+    """Return the directions ``(9, 3)`` of captured listeners as they stand."""
+    return _table("listener")[0].numbers[0, :27].reshape(9, 3)
 
 
 def answer(kind: str, rng: np.random.Generator) -> np.ndarray:

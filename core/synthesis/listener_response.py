@@ -56,13 +56,13 @@ def draw_responses(
     return responses
 
 
-def listen(frames: int, responses: list[Response], style: str = "", seed: int = 0) -> np.ndarray:
-    """Return the body of who listens ``(frames, 27 + SIZE)``: how far directions are from where they rest, and hands."""
+def listen(frames: int, responses: list[Response], style: str = "", seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far the directions ``(frames, 9, 3)`` of a listener are from where they rest, and hands ``(frames, SIZE)``."""
     body = idling.listening(frames, style, seed)
     for one in responses:
         first = round(one.at * skeleton.FPS)
         body[first : first + len(one.numbers)] += one.numbers[: max(frames - first, 0)]
-    return body
+    return body[:, :27].reshape(-1, 9, 3), body[:, 27:]
 
 
 def turn_head_toward(directions: np.ndarray, toward: float, hears: np.ndarray | None, fps: float = skeleton.FPS) -> np.ndarray:

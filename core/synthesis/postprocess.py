@@ -19,7 +19,7 @@ from ..settings import names_with
 from ..sound import affect
 from ..threads import parallel_map
 from ..words import hints
-from . import curves, hand_synthesis, listener_response, refine, sparing, stance
+from . import curves, hand_synthesis, idling, listener_response, refine, sparing, stance
 from .constraints import KeptFrames, kept_frames
 from .features import SpeechFeatures
 from .generation import GeneratedTakes
@@ -56,7 +56,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
         shown = gesture_selection.choose_gestures(vocabulary, heard.words, *asked, occasions) if vocabulary else []
         which = gesture_blending.arms_of_gestures(drawn, shown)
         directions = hints.apply_hints(gesture_blending.blend_gestures(drawn, shown, which), heard.wishes, pose)
-        home, answers = pose, []
+        home, answers, arms = pose, [], drawn
         if shown:
             about["shows"] = [[one.gesture.name, round(one.lands, 3)] for one in shown]
         if heard.others is not None:
@@ -64,14 +64,14 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
             answers = listener_response.draw_responses(*said)
             about["listens"] = [[answer.kind, round(answer.at, 3)] for answer in answers]
         if waits:
-            body = listener_response.listen(heard.frames, answers, _name(performers), request.keyed_seed + take)
-            home = pose + body[:, :27].reshape(-1, 9, 3)
-            numbers = None if numbers is None else numbers + still.weight[:, None] * (body[:, 27:] - numbers)
+            away, rested = listener_response.listen(heard.frames, answers, _name(performers), request.keyed_seed + take)
+            home, arms = pose + away, rest.slerp(drawn, skeleton.normalize(idling.listener() + away), still.weight[:, None])
+            numbers = None if numbers is None else numbers + still.weight[:, None] * (rested - numbers)
         straight = still.live(directions, home, request.keyed_seed + take)
         directions = listener_response.turn_head_toward(straight, side, None if heard.others is None else heard.others.share)
         directions, spared = _spared(request, heard, pose, about, rest.scale_amplitude(directions, size, pose), kept)
         directions = refine.refine(directions, kept)
-        hands = _hands(request, performers, take, (drawn, numbers), directions, spared)
+        hands = _hands(request, performers, take, (arms, numbers), directions, spared)
         hands = hands and gesture_blending.blend_hands(hands, shown, which)
         pelvis = _pelvis(request, heard, _name(performers), take, directions)
         ahead = directions.copy()  # eyes turn with the head towards the other speaker
@@ -113,13 +113,13 @@ def _spared(
 def _hands(
     request: Request, performers: StyleSequence, take: int, made: tuple, directions: np.ndarray, spared: np.ndarray
 ) -> Hands | None:
-    """Return hands on the finished arms, hanging where strokes are ``spared``: those ``made`` (arms as they were drawn, and the
-    hands' numbers or None), else synthesised; None where none are asked for."""
+    """Return hands on the finished arms, hanging where strokes are ``spared``: those ``made`` (arms, and the numbers of hands
+    on them or None), else synthesised; None where none are asked for."""
     if not request.hands:
         return None
-    drawn, numbers = made
+    arms, numbers = made
     if numbers is not None:
-        hands = hand_channels.from_channels(numbers, drawn).moved_with_arms(drawn, directions)
+        hands = hand_channels.from_channels(numbers, arms).moved_with_arms(arms, directions)
     else:
         hands = hand_synthesis.synthesize_hands(directions, _name(performers), request.keyed_seed + take)
     calm = _calm(request, len(directions)) * (1 - spared)

@@ -63,6 +63,15 @@ def test_who_listens_lives_and_answers(session, examples):
     assert not np.allclose(made[0].directions, made[1].directions, atol=0.01), "another seed waits otherwise"
 
 
+@pytest.mark.parametrize("style", ["brisk presenter", "warm host"])
+def test_palms_are_steady_where_a_style_rests_with_hands_before_the_body(session, speech, tmp_path, style):
+    write_wav(tmp_path / "long.wav", np.tile(speech, 3))
+    for seed in (0, 1):
+        motion = session.synthesize(Request(tmp_path / "long.wav", style=style, seed=seed, listen=True, hands=1.0)).motions[0]
+        palms = motion.hands.palms.astype(float)
+        assert np.linalg.norm(np.diff(palms, axis=0), axis=-1).max() * skeleton.FPS < 8
+
+
 def test_a_long_silence_in_a_talk_lives(session, speech, tmp_path):
     said, pause = speech[: 3 * audio.SAMPLE_RATE], np.zeros(9 * audio.SAMPLE_RATE, np.float32)
     write_wav(tmp_path / "pause.wav", np.concatenate([said, pause, said]))
