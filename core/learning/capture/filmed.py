@@ -113,13 +113,12 @@ def worsen(source: Path, target: Path, noise: float = _NOISE, quality: int = _QU
 
 def _perform(shots: Sequence[Shot], recordings: Sequence[Path], tell: Callable) -> None:
     """Perform the recordings in other styles for every shot that has no motion."""
-    if all(shot.motion.is_file() for shot in shots):
+    missing = [(number, shot) for number, shot in enumerate(shots) if not shot.motion.is_file()]
+    if not missing:
         return
     session = Session(remember=True)
     names, frames = [style["name"] for style in session.styles()], round(SECONDS * FPS)
-    for number, shot in enumerate(shots):
-        if shot.motion.is_file():
-            continue
+    for number, shot in missing:
         tell("perform", number / len(shots))
         style = names[5 * number % len(names)]
         request = Request(recordings[number % len(recordings)], style=style, seed=number, hands=1.0)
