@@ -139,9 +139,7 @@ def _turned(hands: Hands, lying: Hands, shares: np.ndarray) -> Hands:
     for side in range(len(SIDES)):
         for first, last in true_runs(weights[:, side] > 0):
             turn[first:last, side] *= np.sign(weights[first:last, side] @ turn[first:last, side, 0]) or 1.0
-    sine = np.linalg.norm(turn[..., 1:], axis=-1)
-    part = quaternion.about(turn[..., 1:] / np.maximum(sine, 1e-9)[..., None], 2 * np.arctan2(sine, turn[..., 0]) * shares)
-    led = quaternion.to_matrix(quaternion.multiply(start, part))
+    led = quaternion.to_matrix(quaternion.multiply(start, quaternion.power(turn, shares, short=False)))
     return Hands.of(led[..., 0], led[..., 1], hands.mixed(lying, shares).shape)
 
 

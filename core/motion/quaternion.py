@@ -59,10 +59,10 @@ def perpendicular(v: np.ndarray) -> np.ndarray:
     return side / np.linalg.norm(side, axis=-1, keepdims=True)
 
 
-def power(q: np.ndarray, exponent: float | np.ndarray) -> np.ndarray:
-    """Return the fraction ``exponent`` of the rotation ``q``, the short way round."""
+def power(q: np.ndarray, exponent: float | np.ndarray, short: bool = True) -> np.ndarray:
+    """Return the fraction ``exponent`` of the rotation ``q``, the short way round, or with ``short`` False as its sign says."""
     q = np.asarray(q)
-    q = np.where(q[..., :1] < 0, -q, q)
+    q = np.where(short & (q[..., :1] < 0), -q, q)
     sine = np.linalg.norm(q[..., 1:], axis=-1)
     axis = q[..., 1:] / np.maximum(sine, _TINY)[..., None]
     return about(axis, 2.0 * np.arctan2(sine, q[..., 0]) * exponent)
