@@ -17,8 +17,8 @@ from .smoothing import smooth
 _APART, _APART_SPREAD = 90.0, 0.4
 """Seconds from any other gesture of the library to one that means nothing or is not said, and the deviation of their logarithm:
 more gestures that stand alone are told from people's talk."""
-_SAID_APART = 12.0
-"""Seconds to one that words mean: one to four a minute, and talk between them: they are large, and where
+_SAID_APART = 25.0
+"""Seconds to one that words mean: one or two a minute, and talk between them: they are large, and where
 they come more often beats are few."""
 _AFFECT_SMOOTHING = 0.5
 """Seconds over which affect is smoothed: bodies do not follow a syllable."""

@@ -1,7 +1,7 @@
 """How a performer talks with the hands: derived from the tastes in :mod:`speakers`.
 
 Those are of single gestures; here they become factors of captured talk, so scaled that most performers move nearly as the
-captured people: sizes go from 0.5 to 1.1, tempo from 0.9 to 1.5, gestured phrases from 0.4 to all.
+captured people: sizes go from 0.5 to 1.1, tempo from 0.8 to 1.3, gestured phrases from 0.4 to all.
 """
 
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ _HEIGHT = {"low": -9.0, "mid": 0.0, "high": 11.0}
 
 _CALMEST, _LIVELIEST = 2.7, 0.8
 """Longest and shortest gap of a performer: 0 and 1 of liveliness."""
-_SIZE, _TEMPO = (0.53, 0.26), (1.12, 0.22)
+_SIZE, _TEMPO = (0.53, 0.26), (0.95, 0.2)
 """Size and tempo of a performer whose tastes of them are 1, at no liveliness, and what full liveliness adds: captured movements
-made somewhat smaller and quicker, as networks that learn of them draw larger and slower ones."""
+made smaller, as networks that learn of them draw larger ones; made quicker they would be told from people's."""
 _ALONE = 1.5
 """How far the other hand stays out of it for a leader who never used both."""
 _USUAL_PLANE = 1.1

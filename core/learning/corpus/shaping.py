@@ -67,7 +67,7 @@ _SOONER, _EARLIER = 0.1, 0.45
 """Seconds by which hands leave before the voice ends, and start before it goes on."""
 _DEPTHS, _DEPTH_AROUSAL, _WHOLLY = (0.2, 0.8), 0.35, 0.97
 """Least and most of the performer's way home in a short pause, what arousal of 1 takes from it, and the way in a long one."""
-_LATER, _LESS = 0.6, 0.0
+_LATER, _LESS = 1.0, 0.0
 """Most seconds by which the second hand goes home after the first, and the least share of its way: hands that move as each
 other's image tell performances most."""
 _PHRASES = 0.3
