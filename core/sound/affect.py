@@ -37,11 +37,11 @@ this for one deviation of effort; readers' own voices are harsher by 0.7 when th
 _DOMINANCE = np.array([1.0, -0.5, 0, 0, 0, 0, 0, 0, 0.5])
 _CLEAN = 1.5
 """Deviations of valence that count as none: clean voices lie three above readers at home, whatever they feel."""
-_OF_SOUND, _OF_WORDS = np.array([0.5, 0.1]), 0.25
-"""Valence and dominance of one deviation in the sound, and both in the words: valence tells acted joy from anger in three of
-four pairs, dominance hardly anything, and a body that opens for anger's dominance would hide that. Joy lies 0.7 deviations
-above anger, and voices and microphones lie two and more from each other: so both level off towards -1 and 1, and are never lost
-there."""
+_OF_SOUND, _OF_WORDS = np.array([0.5, 0.1]), np.array([0.5, 0.25])
+"""Valence and dominance of one deviation in the sound, and in the words: the sound tells joy from anger in 0.79 of pairs in one
+studio, in 0.53 of those of many characters in games, dominance hardly anything, and a body that opens for anger's dominance
+would hide that. So words count as much for valence. Voices and microphones lie two deviations and more from each other: so both
+level off towards -1 and 1, and are never lost there."""
 _KNOWN, _STRANGE, _OWN = 20.0, 5.0, np.array([0.5, 0.8, 0.5])
 """Once so many seconds of somebody were heard, centres have moved by these shares to his own middle, beginning at the second:
 all the way would be wrong where all that was heard is of one mood. Valence moves most: voices and microphones differ in it by
