@@ -30,16 +30,17 @@ _ORDINARY, _ABOVE, _BELOW = 0.1, 1.1, 0.9
 """That mean where arousal is 0, and how far above and below it is 1 and -1: actors' joy, anger and fear have 1.3 to 1.6, their
 neutral speech 0.5, boredom and sadness 0 to 0.1, people who read aloud -0.2 to 0.2. Who reads or explains is an ordinary
 speaker, not a bored one; below that all are alike (flat synthetic voices have -0.3), so it is heard half as strongly."""
-_VALENCE = np.array([0, 0, 0, 0, 0.7, 1.0, 0.5, 0.5, 0])
-_VALENCE_OF_AROUSAL = 1.1
-"""How much valence counts the mean of the first four: anger is harsher than joy, and both are harsher than calm speech, joy by
-this for one deviation of effort; readers' own voices are harsher by 0.7 when they are livelier."""
+_VALENCE = np.array([0, 0, 0, 0, 1.0, 0.5, 0.25, 0.25, 0])
+_VALENCE_OF_AROUSAL = 0.7
+"""How much valence counts the mean of the first four: anger is harsher than joy, and both are harsher than calm speech. The
+middle of what tells actors of one studio apart (0.7, 1, 0.5, 0.5 and 1.1) and of what tells characters of a game: there
+harmonicity says nothing, the Hammarberg index most."""
 _DOMINANCE = np.array([1.0, -0.5, 0, 0, 0, 0, 0, 0, 0.5])
-_CLEAN = 1.5
-"""Deviations of valence that count as none: clean voices lie three above readers at home, whatever they feel."""
-_OF_SOUND, _OF_WORDS = np.array([0.5, 0.1]), np.array([0.5, 0.25])
+_CLEAN = 1.1
+"""Deviations of valence that count as none: clean voices lie two above readers at home, whatever they feel."""
+_OF_SOUND, _OF_WORDS = np.array([0.7, 0.1]), np.array([0.5, 0.25])
 """Valence and dominance of one deviation in the sound, and in the words: the sound tells joy from anger in 0.79 of pairs in one
-studio, in 0.53 of those of many characters in games, dominance hardly anything, and a body that opens for anger's dominance
+studio, in 0.56 of those of many characters of a game, dominance hardly anything, and a body that opens for anger's dominance
 would hide that. So words count as much for valence. Voices and microphones lie two deviations and more from each other: so both
 level off towards -1 and 1, and are never lost there."""
 _KNOWN, _STRANGE, _OWN = 20.0, 5.0, np.array([0.5, 0.8, 0.5])
