@@ -12,8 +12,9 @@ from ..smoothing import gaussian
 _SALT = 0xF10
 _POSE = MEAN.size
 _ARMS = np.concatenate([3 * edge + np.arange(3) for arm in ARMS for edge in arm])
-_BANDS = (4 / 3, 4 / 15)
-"""Seconds: standard deviations of the Gaussians that part an arm's numbers at 0.1 and 0.5 Hz."""
+_BANDS = (2.5, 4 / 15, 0.1)
+"""Seconds: standard deviations of the Gaussians that part an arm's numbers at 0.05, 0.5 and 1.3 Hz. Above there are none: with
+them hands tremble more than people's."""
 BEYOND = math.ceil(4 * _BANDS[0] * FPS)
 """Frames to each side on which a number in bands depends."""
 _BLOCK = 256
@@ -41,11 +42,21 @@ def noise(
 
 def in_bands(numbers: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Scale numbers ``(frames, size)`` by ``(frames, size, 3)`` in three bands of time: where hands live, how they get about,
-    and what is quicker, beats. Bands are split for arms alone; all else has the third scale."""
+    and beats, which go to and fro. Bands are split for arms alone; all else has the third scale."""
     result, own, factors = numbers * scale[..., 2], numbers[:, _ARMS], scale[:, _ARMS]
-    place, way = (gaussian(own, seconds * FPS).astype(np.float32) for seconds in _BANDS)
-    result[:, _ARMS] += place * (factors[..., 0] - factors[..., 1]) + way * (factors[..., 1] - factors[..., 2])
+    place, way, beats = (gaussian(own, seconds * FPS).astype(np.float32) for seconds in _BANDS)
+    bands = np.stack([place, way - place, _to_and_fro(beats - way, place)], axis=-1)
+    result[:, _ARMS] = (bands * factors).sum(-1)
     return result
+
+
+def _to_and_fro(beats: np.ndarray, slow: np.ndarray) -> np.ndarray:
+    """Put the numbers of each arm's beats ``(frames, 12)`` on a line, as many as there are in all directions. It turns as
+    slowly as other numbers of the arm, ``slow``. In all directions, half of the strokes would not come back where they went."""
+    beats, slow = (part.reshape(len(part), len(ARMS), -1) for part in (beats, slow))
+    line = slow[..., ::-1] / np.maximum(np.linalg.norm(slow, axis=-1, keepdims=True), 1e-9)
+    along = np.sqrt(np.float32(beats.shape[-1])) * (beats * line).sum(-1, keepdims=True) * line
+    return along.reshape(len(along), -1)
 
 
 def uniform(numbers: np.ndarray) -> np.ndarray:

@@ -9,19 +9,20 @@ from ..motion import hand_channels, rest, skeleton, stroke_requests
 from ..smoothing import gaussian
 from . import accent_selection, curves, flow_sampling, stroke_conditions, time_warp
 from .features import SpeechFeatures
-from .style_sequence import StyleSequence
+from .style_sequence import SIZE, StyleSequence
 
 _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
-_CALMER = 0.4
-"""... and by this share at an arousal of -1: chance has most of the arms' movement, and calm bodies are to have little."""
+_CALMER = 0.5
+"""... and by this share at an arousal of -1, mostly near it: chance has most of the arms' movement, and calm bodies are to have
+little."""
 _OTHER_HAND, _LEADING_HAND = 0.4, 0.2
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
 _CHANCE = np.array([1.0, 0.7, 0.7, 1.0, 1.02, 1.02, 1.0, 1.02, 1.02, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
-_BANDS = np.array([1.32, 0.9, 1.0])
-"""... and of an arm in each band (:func:`noise.in_bands`): people stay longer where their hands live, and get about in smaller
-ways. For beats both hands have the usual chance at least, whichever leads: with less they beat too seldom."""
+_BANDS, _LED = np.array([1.4, 0.2, 2.3]), np.array([1.0, 1.0, 0.6])
+"""... and of an arm in each band (:func:`noise.in_bands`): people stay longer and beat more where their hands live, and get
+about in smaller ways. In which band how much of it depends on the hand that leads: the other one beats, too."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -59,7 +60,9 @@ def generate(
     inputs = heard.features.slice, cast, asked, heard.frames, progress, cancelled
     drawn, extras = flow_sampling.sample(checkpoint.network, *inputs, **settings)
     kept = [one.given(heard.frames).frames for one in cast for _ in one.latents]
-    arms = [_calmed(rest.remove_jitter, *one) for one in zip(drawn, kept, strict=True)]
+    poses = [one.rest(heard.frames) for one in cast for _ in one.latents]
+    calm = [_calmed(rest.remove_jitter, *one) for one in zip(drawn, kept, strict=True)]
+    arms = [rest.scale_amplitude(*each) for each in zip(calm, [SIZE] * len(calm), poses, strict=True)]
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
     hands = [_calmed(rest.remove_jitter_of_numbers, *one) for one in zip(extras, kept, strict=True)]
@@ -107,13 +110,12 @@ def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mappin
     """Return the scale of the noise of each direction and of hands ``(frames, 10, 3)`` in bands: smaller in silence, as waiting
     hands are less various, where arousal, a number or ``(frames,)``, is low, and for the arm that leads less."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
-    usual = quiet * (1 + _CALMER * np.minimum(wishes[accent_selection.AROUSAL], 0))
+    usual = quiet * (1 - _CALMER * np.maximum(-wishes[accent_selection.AROUSAL], 0) ** 1.5)
     scale = np.repeat((usual[:, None] * _CHANCE)[..., None], 3, axis=2)
     right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes, len(activity))
     for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
-        own = 1 - np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other
-        scale[:, arm] *= (own[:, None] * _BANDS)[:, None]
-        scale[:, arm, 2] = np.maximum(scale[:, arm, 2], usual[:, None])
+        less = np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other
+        scale[:, arm] *= ((1 - less[:, None] * _LED) * _BANDS)[:, None]
     return scale
 
 

@@ -15,6 +15,8 @@ from .request import Request
 
 _READY = 0.7
 """How readily speakers show meanings where that is not known."""
+SIZE = 1.22
+"""Factor from movements as a network draws them to those performed: chance that beats have is lost to large ones."""
 _MIN_INTENSITY = 0.2
 """Intensity below which a kept frame is enlarged no further for the network."""
 
@@ -95,12 +97,12 @@ class StyleSequence:
         return skeleton.normalize(self._over(self.rests.reshape(len(self.rests), -1), frames).reshape(-1, 9, 3))
 
     def given(self, frames: int) -> constraints.KeptFrames:
-        """Return the frames that the network is given: those that the request keeps, with intensity undone, and the rest pose
+        """Return the frames that the network is given: those that the request keeps, with their size undone, and the rest pose
         at the start unless another is kept there."""
         kept = constraints.kept_frames(self.request, frames)
         pose = self.rest(frames)
         numbers, poses = kept.frames, pose[kept.frames] if self.walks else pose
-        size = np.broadcast_to(curves.sample(self.request, "intensity", frames), (frames,))[numbers]
+        size = SIZE * np.broadcast_to(curves.sample(self.request, "intensity", frames), (frames,))[numbers]
         directions = rest.scale_amplitude(kept.directions, 1 / np.maximum(size, _MIN_INTENSITY), poses)
         if not len(numbers) or numbers[0]:
             start = self.rests[:1].astype(np.float32)

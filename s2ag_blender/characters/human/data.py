@@ -42,11 +42,11 @@ class BaseMesh:
 @functools.lru_cache(maxsize=1)
 def base_mesh() -> BaseMesh:
     """Return what all persons share, read once per process."""
-    kept = _kept()
-    names = [name.removeprefix("faces ") for name in kept if name.startswith("faces ")]
-    faces = {name: decode_rows(kept[f"faces {name}"], 4).astype(int) for name in names}
-    masks = {name: kept[f"mask {name}"].astype(np.float32) / 255 for name in ("lips", "fingernails")}
-    return BaseMesh(len(decode_rows(kept["points female"], 3)), faces, _bones()["joints"], masks)
+    body = kept(BODY)
+    names = [name.removeprefix("faces ") for name in body if name.startswith("faces ")]
+    faces = {name: decode_rows(body[f"faces {name}"], 4).astype(int) for name in names}
+    masks = {name: body[f"mask {name}"].astype(np.float32) / 255 for name in ("lips", "fingernails")}
+    return BaseMesh(len(decode_rows(body["points female"], 3)), faces, _bones()["joints"], masks)
 
 
 def person(gender: str) -> np.ndarray:
@@ -55,7 +55,7 @@ def person(gender: str) -> np.ndarray:
     Raises :class:`UsageError` for a gender other than ``female`` or ``male``."""
     if gender not in GENDERS:
         raise UsageError(f"The human cannot be {gender}.", f"Choose one of: {', '.join(GENDERS)}.")
-    return decode_rows(_kept()[f"points {gender}"], 3) * STEP + LOW
+    return decode_rows(kept(BODY)[f"points {gender}"], 3) * STEP + LOW
 
 
 def rig(name: str) -> dict[str, dict]:
@@ -72,10 +72,10 @@ def rig(name: str) -> dict[str, dict]:
 def weights(name: str) -> tuple[list[str], np.ndarray]:
     """Return the names of a rig's deforming bones, and weights (19158, bones) float32, 1 in all at every skinned point."""
     rig(name)
-    bones, kept = _bones()["rigs"][name]["weighted"], _kept()
-    counts = kept[f"counts {name}"]
+    bones, body = _bones()["rigs"][name]["weighted"], kept(BODY)
+    counts = body[f"counts {name}"]
     table = np.zeros((len(counts), len(bones)), np.float32)
-    table[np.repeat(np.arange(len(counts)), counts), kept[f"owners {name}"]] = join_bytes(kept[f"shares {name}"])
+    table[np.repeat(np.arange(len(counts)), counts), body[f"owners {name}"]] = join_bytes(body[f"shares {name}"])
     total = table.sum(1, keepdims=True)
     return bones, np.divide(table, total, out=table, where=total > 0)
 
@@ -90,10 +90,11 @@ def join_bytes(planes: np.ndarray) -> np.ndarray:
     return planes[0] + planes[1].astype(np.uint16) * np.uint16(256)
 
 
-@functools.lru_cache(maxsize=1)
-def _kept() -> dict[str, np.ndarray]:
+@functools.cache
+def kept(path: Path) -> dict[str, np.ndarray]:
+    """Return the arrays of a file of the human's, read once per process. Raises :class:`RigUnusable` where that fails."""
     try:
-        with np.load(BODY, allow_pickle=False) as file:
+        with np.load(path, allow_pickle=False) as file:
             return dict(file)
     except (OSError, ValueError, zipfile.BadZipFile) as error:
         raise RigUnusable("The human's body data cannot be read.", "Install the extension again.") from error

@@ -1,7 +1,5 @@
 """Adds the human's shape keys, named after ARKit, and places teeth and tongue; data is in ``face.npz`` (:mod:`pack_face`)."""
 
-import functools
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,7 +7,6 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ....core.errors import RigUnusable
 from ...datablocks import MeshObject
 from ..skinned_surface import Surface, to_object
 from . import data
@@ -30,7 +27,7 @@ SURFACES = ("helper-upper-teeth", "helper-lower-teeth", "helper-tongue")
 
 def surface(name: str) -> np.ndarray:
     """Return the quads ``(n, 4)`` of one of :data:`SURFACES`, as rows of the base mesh."""
-    return data.decode_rows(_kept()[f"faces {name}"], 4).astype(int)
+    return data.decode_rows(data.kept(FACE)[f"faces {name}"], 4).astype(int)
 
 
 def align_teeth(points: np.ndarray) -> np.ndarray:
@@ -71,9 +68,10 @@ def lids(faces: np.ndarray, count: int) -> np.ndarray:
 
 def units() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return ``{name: (rows (n,) of the base mesh, offsets (n, 3))}`` of the face units, in metres, z up, facing -y."""
-    kept = _kept()
+    kept = data.kept(FACE)
     names = [name.removeprefix("rows ") for name in kept if name.startswith("rows ")]
-    return {name: (np.cumsum(kept[f"rows {name}"], dtype=int), _moves(kept[f"moves {name}"])) for name in names}
+    moves = {name: data.join_bytes(kept[f"moves {name}"]).view(np.int16).reshape(3, -1).T * MOVE for name in names}
+    return {name: (np.cumsum(kept[f"rows {name}"], dtype=int), moves[name]) for name in names}
 
 
 def add_fine_keys(
@@ -120,16 +118,3 @@ def _add(item: MeshObject, name: str, coordinates: np.ndarray) -> None:
     block: Any = item.shape_key_add(name=name, from_mix=False)
     block.data.foreach_set("co", coordinates)
     block.value = 0.0
-
-
-def _moves(planes: np.ndarray) -> np.ndarray:
-    return data.join_bytes(planes).view(np.int16).reshape(3, -1).T * MOVE
-
-
-@functools.lru_cache(maxsize=1)
-def _kept() -> dict[str, np.ndarray]:
-    try:
-        with np.load(FACE, allow_pickle=False) as file:
-            return dict(file)
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
-        raise RigUnusable("The human's face data cannot be read.", "Install the extension again.") from error

@@ -175,7 +175,7 @@ def test_unknown_rig_and_gender_name_the_choices():
 def test_damaged_body_data_says_what_to_do(monkeypatch, tmp_path):
     (tmp_path / "body.npz").write_bytes(data.BODY.read_bytes()[:1000])
     monkeypatch.setattr(data, "BODY", tmp_path / "body.npz")
-    data._kept.cache_clear()
+    data.kept.cache_clear()
     with pytest.raises(RigUnusable, match="Install the extension again"):
         data.person("female")
 

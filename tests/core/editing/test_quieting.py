@@ -50,7 +50,7 @@ def talks(director, shared):
 def test_a_range_at_rest_has_one_stroke_at_most_and_joins_in_one_press(director, request_, base):
     start, stop = 3.0, 9.0
     motion = director.direct(request_, [{"do": "rest", "from": start, "to": stop}]).motions[0]
-    assert len(strokes(base, start, stop)) >= 5 and len(strokes(motion, start, stop)) <= 1
+    assert len(strokes(base, start, stop)) >= 4 and len(strokes(motion, start, stop)) <= 1
     first, last = changed(base, motion)
     assert first >= start * skeleton.FPS - 1 and last <= (stop + 1.6) * skeleton.FPS + 1
     assert sudden(base, motion) < 0.01 and not regeneration.is_implausible(motion.directions)

@@ -176,5 +176,5 @@ def test_one_handed_styles_leave_it_to_one_hand_and_a_hand_that_is_asked_for_tak
         ("brisk presenter", "street preacher"), ("left-handed joker", "excited teenager"),
     ))  # fmt: skip
     assert 0.4 < right("sales rep") < 0.6
-    assert right_handed > 0.64 and left_handed < 0.4, (right_handed, left_handed)
+    assert right_handed > 0.6 and left_handed < 0.4, (right_handed, left_handed)
     assert right("brisk presenter", hand=-1.0) < 0.4 and right("sales rep", hand=1.0) > 0.6
