@@ -95,7 +95,8 @@ class Generator:
         """
         audio, transcript = self._files(talk)
         self.session.remember()  # the recording is heard once, and the take drawn once for all intensities
-        requests = [Request(audio, transcript=transcript, style=style, seed=seed, intensity=size) for size in intensities]
+        wish = {"transcript": transcript, "style": style, "seed": seed, "hands": 1.0}
+        requests = [Request(audio, intensity=size, **wish) for size in intensities]
         if beats:
             requests.append(replace(requests[0], intensity=1.0, meanings={"format": 1, "gestures": []}))
         heard, performers = self.session.hear(requests[0], Stages(lambda stage, value: None, lambda: False))

@@ -77,10 +77,11 @@ def cut(motion: Motion, frames: slice) -> Motion:
 
 
 def _joined(motions: Sequence[Motion]) -> Motion:
-    """Return motions one after another; without hands, if one has none."""
+    """Return motions one after another, keyed as talk is; without hands, if one has none."""
     parts = [motion.hands for motion in motions if motion.hands is not None]
     hands = None
     if len(parts) == len(motions):
         arrays = [part.arrays() for part in parts]
         hands = Hands(*(np.concatenate([each[name] for each in arrays]) for name in arrays[0]))
-    return Motion(np.concatenate([motion.directions for motion in motions]), hands=hands)
+    # What has a sound is talk, whose hands Blender keeps from before the face.
+    return Motion(np.concatenate([motion.directions for motion in motions]), meta={"audio": "several"}, hands=hands)
