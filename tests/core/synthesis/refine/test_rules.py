@@ -35,11 +35,13 @@ def performed(examples):
 
 @pytest.mark.slow
 def test_larger_performances_have_hardly_more_faults(performed):
-    """In two minutes at most one more of each kind; without the rules 20, 1, 60 and 34 at the largest size."""
+    """In two minutes at most two more of each kind, one but for the largest size; without the rules 20, 1, 60 and 34 there.
+
+    Faces are kept in sight where a character's own head is known."""
     minutes = sum(map(len, performed[1.0])) / skeleton.FPS / 60
     counts = {size: np.array(list(talk_faults.faults(motions).values())) * minutes for size, motions in performed.items()}
     for size in SIZES:
-        assert (counts[size] <= 1.3 * counts[1.0] + 1.01).all(), (size, counts)
+        assert (counts[size] <= 1.3 * counts[1.0] + (1.01 if size < max(SIZES) else 2.01)).all(), (size, counts)
 
 
 def test_finished_poses_are_possible(performed):
