@@ -40,9 +40,9 @@ def stage(session, voice):
 
 @pytest.fixture(scope="module")
 def acted(session, stage):
-    """Thirty seconds of motion of two styles."""
+    """A minute of motion of two styles."""
     names, known = [one["name"] for one in session.styles()], fit.speakers(session.checkpoint)
-    return {name: [stage.show([known[names.index(name)]], seed)[0][0] for seed in (1, 2, 3, 4)] for name in FAR_APART}
+    return {name: [stage.show([known[names.index(name)]], seed)[0][0] for seed in range(1, 9)] for name in FAR_APART}
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def test_what_was_learned_is_nearer_to_its_source(stage, acted, voice, monkeypat
 
 def test_the_judges_of_a_trial_know_the_styles_themselves(session, voice, acted):
     """On eight seconds a performance: manner and the judge of speakers call other performances of a style by its name."""
-    small = trial.Trial(session, [voice], lambda stage, share: None, [*FAR_APART, "shy student"], (600, 700))
+    small = trial.Trial(session, [voice], lambda stage, share: None, [*FAR_APART, "shy student"], (600, 700, 800))
     rows = [small.row(name, motions, name) for name, motions in acted.items()]
     assert all(row.near for row in rows)
     other = small.row("stern", acted["coach"])
