@@ -287,7 +287,7 @@ def _lines(descriptor: int) -> Iterator[bytes]:
         size += len(last)
         if size <= protocol.LARGEST:
             rest.append(last)
-        elif size - len(last) <= protocol.LARGEST:  # just too long for :func:`protocol.decode`: it must refuse what is kept, too
+        elif size - len(last) <= protocol.LARGEST:  # too long for :func:`protocol.decode`, which must refuse it
             rest = [b" " * (protocol.LARGEST + 1)]
     if size:
         yield b"".join(rest)
