@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..motion.skeleton import ARMS, FPS, MEAN
+from ..motion.skeleton import ARMS, FPS, MEAN, normalize
 from ..smoothing import gaussian
 
 _SALT = 0xF10
@@ -54,7 +54,7 @@ def _to_and_fro(beats: np.ndarray, slow: np.ndarray) -> np.ndarray:
     """Put the numbers of each arm's beats ``(frames, 12)`` on a line, as many as there are in all directions. It turns as
     slowly as other numbers of the arm, ``slow``. In all directions, half of the strokes would not come back where they went."""
     beats, slow = (part.reshape(len(part), len(ARMS), -1) for part in (beats, slow))
-    line = slow[..., ::-1] / np.maximum(np.linalg.norm(slow, axis=-1, keepdims=True), 1e-9)
+    line = normalize(slow)[..., ::-1]
     along = np.sqrt(np.float32(beats.shape[-1])) * (beats * line).sum(-1, keepdims=True) * line
     return along.reshape(len(along), -1)
 

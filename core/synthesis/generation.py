@@ -62,7 +62,7 @@ def generate(
     kept = [one.given(heard.frames).frames for one in cast for _ in one.latents]
     poses = [one.rest(heard.frames) for one in cast for _ in one.latents]
     calm = [_calmed(rest.remove_jitter, *one) for one in zip(drawn, kept, strict=True)]
-    arms = [rest.scale_amplitude(*each) for each in zip(calm, [SIZE] * len(calm), poses, strict=True)]
+    arms = [rest.scale_amplitude(one, SIZE, pose) for one, pose in zip(calm, poses, strict=True)]
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
     hands = [_calmed(rest.remove_jitter_of_numbers, *one) for one in zip(extras, kept, strict=True)]
