@@ -12,9 +12,9 @@ from ..smoothing import gaussian
 _SALT = 0xF10
 _POSE = MEAN.size
 _ARMS = np.concatenate([3 * edge + np.arange(3) for arm in ARMS for edge in arm])
-_BANDS = (2.5, 4 / 15, 0.1)
-"""Seconds: standard deviations of the Gaussians that part an arm's numbers at 0.05, 0.5 and 1.3 Hz. Above there are none: with
-them hands tremble more than people's."""
+_BANDS = (2.0, 4 / 15, 0.112)
+"""Seconds: standard deviations of the Gaussians that leave an arm's numbers below 0.07 and between 0.5 and 1.2 Hz. Above there
+are none: with them hands tremble more than people's. Between, hands get about by what they hear."""
 BEYOND = math.ceil(4 * _BANDS[0] * FPS)
 """Frames to each side on which a number in bands depends."""
 _BLOCK = 256
@@ -41,12 +41,12 @@ def noise(
 
 
 def in_bands(numbers: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Scale numbers ``(frames, size)`` by ``(frames, size, 3)`` in three bands of time: where hands live, how they get about,
-    and beats, which go to and fro. Bands are split for arms alone; all else has the third scale."""
-    result, own, factors = numbers * scale[..., 2], numbers[:, _ARMS], scale[:, _ARMS]
-    place, way, beats = (gaussian(own, seconds * FPS).astype(np.float32) for seconds in _BANDS)
-    bands = np.stack([place, way - place, _to_and_fro(beats - way, place)], axis=-1)
-    result[:, _ARMS] = (bands * factors).sum(-1)
+    """Scale numbers ``(frames, size)`` by ``(frames, size, 2)`` in two bands of time: where hands live, and beats, which go to
+    and fro. Bands are split for arms alone; all else has the second scale."""
+    result, own = numbers * scale[..., 1], numbers[:, _ARMS]
+    place, slower, beats = (gaussian(own, seconds * FPS).astype(np.float32) for seconds in _BANDS)
+    bands = np.stack([place, _to_and_fro(beats - slower, place)], axis=-1)
+    result[:, _ARMS] = (bands * scale[:, _ARMS]).sum(-1)
     return result
 
 

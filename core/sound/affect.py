@@ -36,7 +36,7 @@ _VALENCE_OF_AROUSAL = 0.7
 middle of what tells actors of one studio apart (0.7, 1, 0.5, 0.5 and 1.1) and of what tells characters of a game: there
 harmonicity says nothing, the Hammarberg index most."""
 _DOMINANCE = np.array([1.0, -0.5, 0, 0, 0, 0, 0, 0, 0.5])
-_CLEAN = 1.1
+_CLEAN = 0.9
 """Deviations of valence that count as none: clean voices lie two above readers at home, whatever they feel."""
 _OF_SOUND, _OF_WORDS = np.array([0.7, 0.1]), np.array([0.5, 0.25])
 """Valence and dominance of one deviation in the sound, and in the words: the sound tells joy from anger in 0.79 of pairs in one

@@ -36,7 +36,7 @@ def sample(
     ``network`` is a :class:`NumpyNetwork` or has its interface. ``inputs`` are as for :func:`windows.generate`;
     ``asked`` ``(takes, frames, 7)`` are the strokes asked of each performer's takes (:mod:`stroke_requests`), None for none.
     Given frames (:meth:`StyleSequence.given`) are kept, and only the others are computed. ``lively`` has for each performer
-    ``(frames, 10, 3)``, scales of the noise of directions and hands in bands: below 1 all is nearer to what is usual.
+    ``(frames, 10, 2)``, scales of the noise of directions and hands in bands: below 1 all is nearer to what is usual.
     ``tempo`` warps time; all else is in frames of the recording."""
     scales = [None] * len(cast) if lively is None else lively
     plans = [_Plan(network, *each, frames, tile, tempo) for each in zip(cast, asked, scales, strict=True)]
@@ -65,7 +65,7 @@ class _Plan:
         self.network, self.performers, self.asked, self.tempo = network, performers, asked, tempo
         self.kept = self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.varies else 1)
-        scale = performers.chance(frames)[:, None, None] * (np.ones((1, 10, 3)) if lively is None else lively)
+        scale = performers.chance(frames)[:, None, None] * (np.ones((1, 10, 2)) if lively is None else lively)
         self.lively = scale[:, np.minimum(np.arange(network.noise_size) // 3, 9)].astype(np.float32)
         if tempo is not None:
             self.mask, self.poses = tempo.given(*self.kept)
@@ -91,8 +91,9 @@ class _Plan:
         return (made, extras) if tempo is None else self._played(made, extras)
 
     def _played(self, made: np.ndarray, extras: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Convert a performance to the recording's frames, and put the given ones in."""
-        made, extras = (np.stack([self.tempo.back(take) for take in part]) for part in (made, extras))
+        """Convert a performance to the recording's frames, each take with strokes on accents, and put the given ones in."""
+        warps = [self.tempo.on_accents(take, self.kept[0]) for take in made]
+        made, extras = (np.stack([warp.back(take) for warp, take in zip(warps, part, strict=True)]) for part in (made, extras))
         made, (mask, poses) = skeleton.normalize(made), self.kept
         made[:, mask], extras[:, mask] = poses[mask], _extras(self.network.usual, mask, poses)[mask]
         return made, extras

@@ -2,10 +2,11 @@
 
 People's hands are faster where they speak louder. A network that learned so answers the same syllables at every seed; here
 chance chooses the movements and the voice their pace. The performance is drawn in a time of its own, in which the recording is
-heard, too, so that a stroke drawn on an accent is on that accent when it is played back."""
+heard, too, so that a stroke drawn on an accent is on that accent when it is played back. Strokes of chance fall anywhere: in
+each take small changes of speed let those near main accents land on them, as people's do."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from ..motion import skeleton
 from ..motion.motion import sample_cubic
 from ..smoothing import gaussian
 from ..sound import prosody
+from . import constraints, strokes
 
 _MAX_CHANGE = 0.6
 """Largest change of speed, as a share."""
@@ -23,6 +25,8 @@ _VARIATION, _WHOLE = 8.0, 0.3
 """Standard deviation in seconds over which the variation of loudness is measured, and the weight of the whole recording's."""
 _AHEAD, _PAUSE_EASE = 0.1, 0.2
 """Seconds by which hands are ahead of the voice, and over which slowing ends with it, as rest may not come later."""
+_NEAR, _EASE, _STAY = 0.4, 0.4, 0.5
+"""Seconds within which a stroke is led to a main accent, deviation by which that fades, and the weight of not being led."""
 _OF_LEVEL = prosody.FEATURE_NAMES.index("level")
 _RATIO = MFCC_RATE / skeleton.FPS
 
@@ -33,10 +37,11 @@ Inputs = Callable[[int, int], tuple[np.ndarray, np.ndarray, np.ndarray | None]]
 @dataclass(frozen=True)
 class TimeWarp:
     """``places`` ``(frames,)``: the recording's frames in the performance's time, ascending from 0; ``moments`` ``(n,)``: the
-    performance's frames in the recording's time. Both in frames."""
+    performance's frames in the recording's time; ``accents`` ``(a,)``: main accents in the recording. All in frames."""
 
     places: np.ndarray
     moments: np.ndarray
+    accents: np.ndarray
 
     @property
     def frames(self) -> int:
@@ -63,6 +68,22 @@ class TimeWarp:
         nearest = np.round(self.places[alone]).astype(int)
         known[nearest], result[nearest] = True, poses[alone]
         return known, result
+
+    def on_accents(self, made: np.ndarray, given: np.ndarray) -> "TimeWarp":
+        """Return a warp by which strokes of a performance's directions ``(n, 9, 3)`` end on the main accents near them; frames
+        of the recording that are ``given`` ``(frames,)`` stay in their places."""
+        speeds, frames = strokes.wrist_speeds(self.back(made)).max(1).tolist(), np.arange(len(self.places))
+        places = strokes.stroke_places(np.array(speeds), skeleton.FPS)
+        ends = np.array([strokes.stroke_span(speeds, at)[1] for at in places], int)
+        accents = self.accents[constraints.distance_to(self.accents, ends) <= _NEAR * skeleton.FPS]
+        if not len(accents):
+            return self
+        ways = ends[np.abs(ends - accents[:, None]).argmin(1)] - accents
+        at = np.clip(np.round(accents).astype(int), 0, frames[-1])
+        pulls = np.stack([np.bincount(at, each, len(frames)) for each in (ways, np.ones(len(at)))], 1)
+        way, weight = np.sqrt(2 * np.pi) * _EASE * skeleton.FPS * gaussian(pulls, _EASE * skeleton.FPS).T
+        led = frames + way / (weight + _STAY) * constraints.freedom(len(frames), np.flatnonzero(given))
+        return replace(self, places=np.interp(np.maximum.accumulate(led), frames, self.places))
 
     def back(self, values: np.ndarray) -> np.ndarray:
         """Convert values of the performance's frames ``(n, ...)`` to the recording's frames ``(frames, ...)``, float32."""
@@ -103,7 +124,8 @@ def warp_for(rhythm: prosody.Prosody | None, activity: np.ndarray) -> TimeWarp |
         return None
     places = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2)])
     slots = np.arange(int(np.ceil(places[-1])) + 1)
-    return TimeWarp(places, np.interp(slots, places, np.arange(frames)) + np.maximum(slots - places[-1], 0))
+    accents = np.array([skeleton.FPS * accent.time for accent in rhythm.accents if accent.main])
+    return TimeWarp(places, np.interp(slots, places, np.arange(frames)) + np.maximum(slots - places[-1], 0), accents)
 
 
 def _rate(level: np.ndarray, activity: np.ndarray) -> np.ndarray | None:

@@ -17,16 +17,9 @@ FOLDER = "s2ag/character"
 """Folder below ``presets`` in every place where Blender looks for presets."""
 SETTINGS = "settings = bpy.context.window_manager.s2ag.settings"
 VALUES = (
-    *setting_properties.PRESETS,
-    "style_second",
-    "style_mix",
-    "speed",
-    "smoothing",
-    "torso_strength",
-    "head_strength",
-    "clavicle_strength",
-    "palms",
-)
+    *setting_properties.PRESETS, "style_second", "style_mix", "speed", "smoothing",
+    "torso_strength", "head_strength", "clavicle_strength", "palms",
+)  # fmt: skip
 """Properties that a preset sets: those of style and body, none of the recording, the frames or the layers."""
 
 _ROOT = str(Path(__file__).parents[2])

@@ -1,7 +1,6 @@
 import bpy
 
 settings = bpy.context.window_manager.s2ag.settings
-
 settings.style = "eager storyteller"
 settings.style_second = "warm host"
 settings.style_mix = 0.5

@@ -1,7 +1,6 @@
 import bpy
 
 settings = bpy.context.window_manager.s2ag.settings
-
 settings.style = "nervous"
 settings.style_second = ""
 settings.style_mix = 0.5

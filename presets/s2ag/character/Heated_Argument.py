@@ -1,7 +1,6 @@
 import bpy
 
 settings = bpy.context.window_manager.s2ag.settings
-
 settings.style = "stern"
 settings.style_second = "grand orator"
 settings.style_mix = 0.4

@@ -1,7 +1,6 @@
 import bpy
 
 settings = bpy.context.window_manager.s2ag.settings
-
 settings.style = "grand orator"
 settings.style_second = "brisk presenter"
 settings.style_mix = 0.35

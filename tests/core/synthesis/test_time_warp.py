@@ -5,17 +5,17 @@ import pytest
 from s2ag.core.model.mfcc_timing import mfcc_slice
 from s2ag.core.motion import skeleton
 from s2ag.core.sound import prosody
-from s2ag.core.synthesis import time_warp
+from s2ag.core.synthesis import strokes, time_warp
 
 FRAMES = 600
 TIME = np.arange(FRAMES) / skeleton.FPS
 VOICED = (TIME < 24) | (TIME > 30)
 
 
-def rhythm(level: np.ndarray) -> prosody.Prosody:
+def rhythm(level: np.ndarray, accents: tuple = ()) -> prosody.Prosody:
     features = np.zeros((len(level), prosody.FEATURES), np.float32)
     features[:, prosody.FEATURE_NAMES.index("level")] = level
-    return prosody.Prosody((), np.zeros((0, 2)), features, np.zeros(0), np.zeros(0))
+    return prosody.Prosody(accents, np.zeros((0, 2)), features, np.zeros(0), np.zeros(0))
 
 
 @pytest.fixture(scope="module")
@@ -108,3 +108,52 @@ def test_a_performance_hears_the_recording_along_its_clock(clock):
     beyond = hear(clock.frames - 12, clock.frames + 24)
     assert len(beyond[1]) == 36 and np.isfinite(beyond[0]).all()
     assert all(start >= 0 for start, _ in asked)
+
+
+STROKES = np.arange(4, 24, 2.5)
+"""Seconds at which :func:`reaching` begins to move."""
+
+
+def reaching(clock: time_warp.TimeWarp) -> np.ndarray:
+    """A performance whose arms go from one place to the other in a second, and wait."""
+    begun = np.clip(TIME[:, None] - STROKES, 0, 1)
+    angle = (0.9 * (begun - np.sin(2 * np.pi * begun) / (2 * np.pi)) * (-1) ** np.arange(len(STROKES))).sum(1)[:, None, None]
+    there = np.concatenate([np.sin(angle), np.cos(angle), np.zeros_like(angle)], -1) * np.ones((1, 9, 1))
+    return clock.along(there.astype(np.float32))
+
+
+def ends(motion: np.ndarray) -> np.ndarray:
+    speeds = strokes.wrist_speeds(motion).max(1)
+    places = strokes.stroke_places(speeds, skeleton.FPS)
+    return np.array([strokes.stroke_span(speeds.tolist(), place)[1] for place in places]) / skeleton.FPS
+
+
+def accented(level: np.ndarray, late: float, main: bool = True) -> time_warp.TimeWarp:
+    """Return the clock of a recording with an accent so many seconds after each stroke's end as it would be without accents."""
+    usual = time_warp.warp_for(rhythm(level), VOICED.astype(float))
+    accents = tuple(prosody.Accent(at + late, 0.8, main, 0, -1) for at in ends(usual.back(reaching(usual))))
+    return time_warp.warp_for(rhythm(level, accents), VOICED.astype(float))
+
+
+@pytest.mark.parametrize("late", [-0.25, 0.2])
+def test_strokes_near_main_accents_end_on_them(level, late):
+    clock = accented(level, late)
+    accents, made = clock.accents / skeleton.FPS, reaching(clock)
+    led = clock.on_accents(made, np.zeros(FRAMES, bool))
+    before, after = (np.abs(ends(one.back(made)) - accents) for one in (clock, led))
+    # An accent pulls with a weight of 1 against one of 0.5 for staying, and ends are found to a frame.
+    assert len(after) == len(STROKES) and np.median(after) <= before.max() / 3 + 1 / skeleton.FPS
+    assert (np.diff(led.places) >= 0).all()
+
+
+def test_strokes_far_from_main_accents_and_beside_weak_ones_keep_their_time(level):
+    for clock in (accented(level, 0.9), accented(level, 0.2, main=False)):
+        assert clock.on_accents(reaching(clock), np.zeros(FRAMES, bool)) is clock
+
+
+def test_no_given_frame_is_led_to_an_accent(level):
+    clock = accented(level, 0.3)
+    given = (TIME > 8) & (TIME < 12)
+    led = clock.on_accents(reaching(clock), given)
+    np.testing.assert_array_equal(led.places[given], clock.places[given])
+    assert np.abs(led.places - clock.places).max() > 1
