@@ -72,9 +72,9 @@ class TimeWarp:
     def on_accents(self, made: np.ndarray, given: np.ndarray) -> "TimeWarp":
         """Return a warp by which strokes of a performance's directions ``(n, 9, 3)`` end on the main accents near them; frames
         of the recording that are ``given`` ``(frames,)`` stay in their places."""
-        speeds, frames = strokes.wrist_speeds(self.back(made)).max(1).tolist(), np.arange(len(self.places))
-        places = strokes.stroke_places(np.array(speeds), skeleton.FPS)
-        ends = np.array([strokes.stroke_span(speeds, at)[1] for at in places], int)
+        speeds, frames = strokes.wrist_speeds(self.back(made)).max(1), np.arange(len(self.places))
+        values = speeds.tolist()
+        ends = np.array([strokes.stroke_span(values, at)[1] for at in strokes.stroke_places(speeds, skeleton.FPS)], int)
         accents = self.accents[constraints.distance_to(self.accents, ends) <= _NEAR * skeleton.FPS]
         if not len(accents):
             return self
