@@ -1,9 +1,8 @@
 """Threading: number of threads, parallel maps, and settings for sharing cores with Blender's rendering."""
 
-import contextlib
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
@@ -63,28 +62,21 @@ def parallel_map(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_TH
     return results
 
 
-@contextlib.contextmanager
-def run_in_background(*parts: Callable[[], T]) -> Iterator[list[Future]]:
-    """Run ``parts`` one after the other in a background thread and yield their futures.
+def run_in_background(*parts: Callable[[], T]) -> list[Callable[[], T]]:
+    """Begin ``parts``, each in a thread of its own, and return functions that wait for their results, or raise their errors.
 
-    For use while this thread waits for another process. Parts that have not begun at the end are cancelled."""
+    For use while this thread waits for another process. What nobody waits for any more ends by itself, unheard."""
     futures: list[Future] = [Future() for _ in parts]
 
-    def work() -> None:
-        for part, future in zip(parts, futures, strict=True):
-            if future.set_running_or_notify_cancel():
-                try:
-                    future.set_result(part())
-                except BaseException as error:  # raised by future.result()
-                    future.set_exception(error)
+    def work(part: Callable[[], T], future: Future) -> None:
+        try:
+            future.set_result(part())
+        except BaseException as error:  # raised by future.result()
+            future.set_exception(error)
 
-    if parts:
-        threading.Thread(target=work, name="s2ag ahead", daemon=True).start()
-    try:
-        yield futures
-    finally:
-        for future in futures:
-            future.cancel()
+    for each in zip(parts, futures, strict=True):
+        threading.Thread(target=work, args=each, name="s2ag ahead", daemon=True).start()
+    return [future.result for future in futures]
 
 
 @cache

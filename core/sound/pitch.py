@@ -11,6 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..threads import parallel_map
+
 _PERIODS = 3.0
 """Periods of the lowest frequency in a (Hann) window."""
 _CANDIDATES = 15
@@ -41,8 +43,8 @@ def track_pitch(audio: np.ndarray, rate: int, step: float, floor: float, ceiling
         return times, np.zeros(count)
     half = int(rate * _PERIODS / floor) // 2 - 1
     total, padded = np.concatenate([[0.0], np.cumsum(audio)]), np.pad(audio, half)
-    blocks = (times[begin : begin + _BLOCK] for begin in range(0, count, _BLOCK))
-    parts = [_analyse_frames(total, padded, rate, block, floor, highest) for block in blocks]
+    blocks = [times[begin : begin + _BLOCK] for begin in range(0, count, _BLOCK)]
+    parts = parallel_map(lambda block: _analyse_frames(total, padded, rate, block, floor, highest), blocks)
     hertz, strength, loudness = (np.concatenate(part) for part in zip(*parts, strict=True))
     return times, _best_path(hertz, strength, loudness, step, ceiling)
 
@@ -123,9 +125,10 @@ def _interpolate(values: np.ndarray, taps: np.ndarray, place: np.ndarray) -> np.
     """Interpolate samples ``(p, taps)``, every other one negated, at offsets ``place`` ``(p,)`` from the middle one."""
     place = place + 1e-9  # never on a sample
     angle, angles = np.pi * place / (_SINC_DEPTH + 0.5), np.pi * taps / (_SINC_DEPTH + 0.5)
-    weight = 0.5 + 0.5 * (np.outer(np.cos(angle), np.cos(angles)) + np.outer(np.sin(angle), np.sin(angles)))
-    weight /= place[:, None] - taps
-    return np.einsum("ij,ij->i", values, weight) * np.sin(np.pi * place) / np.pi
+    # the window's cosine of (angle - angles), as products of theirs, leaves one array of this size
+    basis, window = (np.stack([np.ones(len(one)), np.cos(one), np.sin(one)]) for one in (angles, angle))
+    parts = np.einsum("ij,kj->ki", values / (place[:, None] - taps), basis)
+    return 0.5 * np.einsum("ij,ij->j", parts, window) * np.sin(np.pi * place) / np.pi
 
 
 def _best_path(hertz: np.ndarray, strength: np.ndarray, loudness: np.ndarray, step: float, ceiling: float) -> np.ndarray:

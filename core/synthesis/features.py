@@ -76,24 +76,23 @@ def hear(session: Any, request: Request, sound: np.ndarray, stages: Stages) -> S
     part = f"{request.turn.casefold()} {request.listen}" if request.turn or request.listen else ""
     named, chance, (sound, other) = audio.digest(sound), audio.fingerprint(sound, part), _voices(request, sound)
     # While another process aligns the words, this one measures what does not depend on them.
-    with run_in_background(*(() if request.turn else _measurements(session.checkpoint, sound))) as begun:
-        said, theirs, voice = transcript.TimedTranscript(), (), other if request.listen else sound
-        if not request.listen or any(request.words_from):
-            said = stages.run("align words", lambda: session.words(voice, request, stages.within("align words")))
-        if request.listen:  # the words are not the performer's
-            said, theirs = transcript.TimedTranscript(warnings=said.warnings), said.words
-        measurements: list[Callable] = [one.result for one in begun]
-        if request.turn:
-            theirs = said.words
-            said, spans = speaker_turns.words_of_speaker(said, *request.words_from, request.turn)
-            theirs = [one for one in theirs if one not in said.words]
-            sound, other = _separate(sound, spans)
-            measurements = _measurements(session.checkpoint, sound)
-        return replace(_assemble(session, request, stages, named, said, (sound, other, theirs), measurements), chance=chance)
+    measured = [] if request.turn else run_in_background(*_measurements(session.checkpoint, sound))
+    said, theirs, voice = transcript.TimedTranscript(), (), other if request.listen else sound
+    if not request.listen or any(request.words_from):
+        said = stages.run("align words", lambda: session.words(voice, request, stages.within("align words")))
+    if request.listen:  # the words are not the performer's
+        said, theirs = transcript.TimedTranscript(warnings=said.warnings), said.words
+    if request.turn:
+        theirs = said.words
+        said, spans = speaker_turns.words_of_speaker(said, *request.words_from, request.turn)
+        theirs = [one for one in theirs if one not in said.words]
+        sound, other = _separate(sound, spans)
+        measured = run_in_background(*_measurements(session.checkpoint, sound))
+    return replace(_assemble(session, request, stages, named, said, (sound, other, theirs), measured), chance=chance)
 
 
 def _assemble(
-    session: Any, request: Request, stages: Stages, named: str, said: Any, sounds: tuple, measurements: list[Callable]
+    session: Any, request: Request, stages: Stages, named: str, said: Any, sounds: tuple, measured: list[Callable]
 ) -> SpeechFeatures:
     """Put together what is heard of the words ``said`` and of ``sounds``: both voices and the other's words."""
     from ..sound import audio, voice_activity
@@ -119,7 +118,7 @@ def _assemble(
             return tabled, None, voice_activity.probability(sound)
         from ..model.vector_features import VectorFeatures
 
-        mfcc, tracks = (measure() for measure in measurements[:2])
+        mfcc, tracks = (result() for result in measured[:2])
         if not isinstance(tracks, prosody.Tracks):
             return VectorFeatures(mfcc, known, vectors, None), None, tracks
         rhythm = prosody.analyse(sound, words, frames, wishes.stressed, tracks)
@@ -138,7 +137,7 @@ def _assemble(
     if not session.checkpoint.hears_affect:
         return heard
     said = (words, vectors) if vectors is not None and session.understands and vectors.name == SHIPPED.name else ()
-    feels = stages.run("hear affect", lambda: affect.hear(measurements[2](), frames, *said))
+    feels = stages.run("hear affect", lambda: affect.hear(measured[2](), frames, *said))
     return replace(heard, affect=feels)
 
 
@@ -148,7 +147,6 @@ def _measurements(checkpoint: Any, sound: np.ndarray) -> list[Callable]:
     from ..sound import mfcc, voice_activity
 
     config = checkpoint.config
-
     if config.words:
         return []
     tracks = prosody.measure if config.prosody_features else voice_activity.probability
