@@ -9,8 +9,8 @@ from . import skeleton
 from .interpolation import true_runs
 from .skeleton import REST
 
-SETTLE_AFTER = 0.7  # seconds of silence before the hands start to sink
-SETTLE_TIME = 1.2  # seconds until they are at rest
+SETTLE_AFTER = 0.5  # seconds of silence before the hands start to sink
+SETTLE_TIME = 1.0  # seconds until they are at rest
 RAISE_TIME = 0.5  # seconds before speech in which control returns to the network
 
 _STEADY = np.array([-1, 4, 10, 4, -1]) / 16
@@ -109,17 +109,19 @@ def scale_amplitude(directions: np.ndarray, intensity: float | np.ndarray, pose:
     return slerp(np.broadcast_to(pose, directions.shape), directions, share).astype(np.float32)
 
 
-def remove_jitter(directions: np.ndarray) -> np.ndarray:
-    """Remove jitter from directions ``(frames, 9, 3)`` by light smoothing in time."""
-    return skeleton.normalize(remove_jitter_of_numbers(directions)).astype(np.float32)
+def remove_jitter(directions: np.ndarray, kept: np.ndarray | tuple = ()) -> np.ndarray:
+    """Remove jitter from directions ``(frames, 9, 3)`` by light smoothing in time; those that are ``kept`` stay as they are."""
+    return skeleton.normalize(remove_jitter_of_numbers(directions, kept)).astype(np.float32)
 
 
-def remove_jitter_of_numbers(track: np.ndarray) -> np.ndarray:
+def remove_jitter_of_numbers(track: np.ndarray, kept: np.ndarray | tuple = ()) -> np.ndarray:
     """Remove jitter from any numbers ``(frames, ...)`` as from directions."""
     if not len(track):
         return np.asarray(track, np.float32)
     padded = np.pad(np.asarray(track, float), [(2, 2)] + [(0, 0)] * (np.ndim(track) - 1), mode="edge")
-    return (np.lib.stride_tricks.sliding_window_view(padded, len(_STEADY), axis=0) @ _STEADY).astype(np.float32)
+    calm = (np.lib.stride_tricks.sliding_window_view(padded, len(_STEADY), axis=0) @ _STEADY).astype(np.float32)
+    calm[np.asarray(kept, int)] = track[np.asarray(kept, int)]
+    return calm
 
 
 def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:

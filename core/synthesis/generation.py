@@ -13,14 +13,14 @@ from .style_sequence import SIZE, StyleSequence
 
 _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
-_CALMER = 0.5
-"""... and by this share at an arousal of -1, mostly near it: chance has most of the arms' movement, and calm bodies are to have
-little."""
-_OTHER_HAND, _LEADING_HAND = 0.65, 0.2
+_CALMER, _LIVELIER = 0.5, 0.08
+"""... and by this share at an arousal of -1, mostly near it, and what it gains at 1: chance has most of the arms' movement, and
+calm bodies are to have little."""
+_OTHER_HAND, _LEADING_HAND = 0.75, 0.2
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
 _CHANCE = np.array([1.0, 0.7, 0.7, 1.05, 1.03, 1.03, 1.05, 1.03, 1.03, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
-_BANDS, _LED = np.array([1.15, 2.5]), np.array([1.0, 0.6])
+_BANDS, _LED = np.array([1.5, 2.55]), np.array([1.0, 0.35])
 """... and of an arm in each band (:func:`noise.in_bands`): people stay longer and beat more where their hands live. In which
 band how much of it depends on the hand that leads: the other one beats, too."""
 
@@ -60,10 +60,12 @@ def generate(
     inputs = heard.features.slice, cast, asked, heard.frames, progress, cancelled
     drawn, extras = flow_sampling.sample(checkpoint.network, *inputs, **settings)
     poses = [one.rest(heard.frames) for one in cast for _ in one.latents]
-    arms = [rest.scale_amplitude(rest.remove_jitter(one), SIZE, pose) for one, pose in zip(drawn, poses, strict=True)]
+    kept = [one.given(heard.frames).frames for one in cast for _ in one.latents]
+    calm = [rest.remove_jitter(*each) for each in zip(drawn, kept, strict=True)]
+    arms = [rest.scale_amplitude(one, SIZE, pose) for one, pose in zip(calm, poses, strict=True)]
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
-    return GeneratedTakes(np.stack(arms), [rest.remove_jitter_of_numbers(one) for one in extras])
+    return GeneratedTakes(np.stack(arms), [rest.remove_jitter_of_numbers(*each) for each in zip(extras, kept, strict=True)])
 
 
 def _controls(heard: SpeechFeatures, performers: StyleSequence) -> dict[str, np.ndarray | float]:
@@ -100,7 +102,8 @@ def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mappin
     """Return the scale of the noise of each direction and of hands ``(frames, 10, 2)`` in bands: smaller in silence, as waiting
     hands are less various, where arousal, a number or ``(frames,)``, is low, and for the arm that leads less."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
-    usual = quiet * (1 - _CALMER * np.maximum(-wishes[accent_selection.AROUSAL], 0) ** 1.5)
+    aroused = wishes[accent_selection.AROUSAL]
+    usual = quiet * (1 - _CALMER * np.maximum(-aroused, 0) ** 1.5 + _LIVELIER * np.maximum(aroused, 0))
     scale = np.repeat((usual[:, None] * _CHANCE)[..., None], 2, axis=2)
     right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes, len(activity))
     for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
