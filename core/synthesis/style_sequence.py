@@ -15,7 +15,7 @@ from .request import Request
 
 _READY = 0.7
 """How readily speakers show meanings where that is not known."""
-SIZE = 1.22
+SIZE = 1.2
 """Factor from movements as a network draws them to those performed: chance that beats have is lost to large ones."""
 _MIN_INTENSITY = 0.2
 """Intensity below which a kept frame is enlarged no further for the network."""

@@ -8,7 +8,7 @@ from ...motion import skeleton
 from ...smoothing import gaussian
 from .body import Body, Correction, bounded, dot
 
-_HIGH, _SOFT = 0.15, 0.06
+_HIGH, _SOFT = 0.17, 0.05
 """Metres below the shoulder above which an elbow is too high, and over which that sets in."""
 _HAND_BELOW, _FADE = -0.04, 0.1
 """Metres of the hand below the elbow from which on the rule holds wholly, and over which it sets in."""
