@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FPS, SIDE, QUALITY, LARGEST = 12, 720, 66, 1_500_000
 SECONDS = (0.3, 10.6)
 """From "I made this for you" to "needs both arms"."""
-MOMENTS, SIZE = (1.0, 2.4, 5.1, 8.9, 10.2), (420, 420)
+MOMENTS, SIZE = (1.0, 2.4, 5.1, 8.9, 9.4), (420, 420)
 """Seconds of the film that the gallery shows, and the size of each."""
 CROP, SHOWN = (0.22, 0.04, 0.78, 0.60), (400, 400)
 """Left, top, right and bottom of what is shown of a square film, from the hips up, in shares of its side; and its size."""
