@@ -62,10 +62,10 @@ def parallel_map(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_TH
     return results
 
 
-def run_in_background(*parts: Callable[[], T]) -> list[Callable[[], T]]:
-    """Begin ``parts``, each in a thread of its own, and return functions that wait for their results, or raise their errors.
+def run_in_background(*parts: Callable[[], T]) -> list[Callable[..., T]]:
+    """Begin ``parts``, each in a thread of its own, and return functions that wait for their results or raise their errors.
 
-    For use while this thread waits for another process. What nobody waits for any more ends by itself, unheard."""
+    They take the most seconds to wait. For use beside another process; what nobody waits for any more ends by itself."""
     futures: list[Future] = [Future() for _ in parts]
 
     def work(part: Callable[[], T], future: Future) -> None:

@@ -115,12 +115,13 @@ def remove_jitter(directions: np.ndarray, kept: np.ndarray | tuple = ()) -> np.n
 
 
 def remove_jitter_of_numbers(track: np.ndarray, kept: np.ndarray | tuple = ()) -> np.ndarray:
-    """Remove jitter from any numbers ``(frames, ...)`` as from directions."""
+    """Remove jitter from any numbers ``(frames, ...)`` as from directions; those that are ``kept`` stay."""
     if not len(track):
         return np.asarray(track, np.float32)
     padded = np.pad(np.asarray(track, float), [(2, 2)] + [(0, 0)] * (np.ndim(track) - 1), mode="edge")
     calm = (np.lib.stride_tricks.sliding_window_view(padded, len(_STEADY), axis=0) @ _STEADY).astype(np.float32)
-    calm[np.asarray(kept, int)] = track[np.asarray(kept, int)]
+    kept = np.asarray(kept, int)
+    calm[kept] = track[kept]
     return calm
 
 

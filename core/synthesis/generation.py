@@ -59,8 +59,8 @@ def generate(
     settings = {"lively": lively, "tempo": time_warp.warp_for(heard.rhythm, heard.activity)}
     inputs = heard.features.slice, cast, asked, heard.frames, progress, cancelled
     drawn, extras = flow_sampling.sample(checkpoint.network, *inputs, **settings)
-    poses = [one.rest(heard.frames) for one in cast for _ in one.latents]
-    kept = [one.given(heard.frames).frames for one in cast for _ in one.latents]
+    poses = [pose for one in cast for pose in [one.rest(heard.frames)] * len(one.latents)]
+    kept = [frames for one in cast for frames in [one.given(heard.frames).frames] * len(one.latents)]
     calm = [rest.remove_jitter(*each) for each in zip(drawn, kept, strict=True)]
     arms = [rest.scale_amplitude(one, SIZE, pose) for one, pose in zip(calm, poses, strict=True)]
     if extras.shape[-1] != hand_channels.SIZE:

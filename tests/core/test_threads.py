@@ -85,17 +85,17 @@ def test_work_ahead_is_done_beside_what_goes_on_and_beside_each_other():
         return "first"
 
     results = threads.run_in_background(first, lambda: done.append(2))
-    results[1]()
+    results[1](10)
     assert done == [2]
     waits.set()
-    assert results[0]() == "first" and done == [2, 1]
+    assert results[0](10) == "first" and done == [2, 1]
 
 
 def test_what_work_ahead_raises_meets_who_asks_for_it():
     failed, made = threads.run_in_background(lambda: 1 / 0, lambda: 2)
     with pytest.raises(ZeroDivisionError):
-        failed()
-    assert made() == 2
+        failed(10)
+    assert made(10) == 2
 
 
 def test_work_ahead_keeps_no_program_from_ending():

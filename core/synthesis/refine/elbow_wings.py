@@ -9,8 +9,8 @@ from ...smoothing import gaussian
 from .body import Body, Correction, bounded, dot
 
 _HIGH, _SOFT = 0.19, 0.06
-"""Metres below the shoulder above which an elbow is too high, and over which that sets in: 0.13 m are left, as some characters'
-shoulders rise more than the canonical figure's, and viewers send back less than 0.1 (:mod:`talk_faults`)."""
+"""Metres below the shoulder above which an elbow is too high, and over which that sets in: 0.13 m are left, as elbows of
+characters with shorter arms hang less low, and viewers send back less than 0.1 (:mod:`talk_faults`)."""
 _HAND_BELOW, _FADE = -0.04, 0.1
 """Metres of the hand below the elbow from which on the rule holds wholly, and over which it sets in."""
 _EASE = 0.13
