@@ -58,7 +58,7 @@ def penetration(directions: np.ndarray) -> np.ndarray:
 def wrist_distance(directions: np.ndarray) -> np.ndarray:
     """Return the distance ``(...)`` between the wrists in metres."""
     positions = skeleton.to_positions(directions)
-    return np.linalg.norm(positions[..., 6, :] - positions[..., 9, :], axis=-1)
+    return skeleton.length(positions[..., 6, :] - positions[..., 9, :])
 
 
 def enforce_limits(directions: np.ndarray) -> np.ndarray:
@@ -138,7 +138,7 @@ def _outside(edge: int) -> _Rule:
     """Rule that turns an edge outside its cone back towards the middle of the cone."""
 
     def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
-        return np.degrees(rest.angle_between(directions[..., edge, :], _MIDDLES[edge])) > _CONES[edge] - slack
+        return directions[..., edge, :] @ _MIDDLES[edge] < np.cos(np.radians(_CONES[edge] - slack))
 
     return _Rule((edge,), wrong, lambda directions: np.broadcast_to(_MIDDLES[edge], (*directions.shape[:-2], 1, 3)))
 
@@ -197,8 +197,8 @@ def _level(y: np.ndarray, x: float) -> np.ndarray:
 def _elbow_wrong(directions: np.ndarray, side: int, slack: float) -> np.ndarray:
     """Return whether an elbow ``(...)`` bends backwards or too far; slack makes both limits stricter by two degrees."""
     upper, fore, _ = _SIDES[side]
-    bend = np.degrees(rest.angle_between(directions[..., upper, :], directions[..., fore, :]))
-    return (_elbow_excess(directions, side, 2 * slack) > 0) | (bend > FOLDED_DEGREES - 2 * slack)
+    along = np.einsum("...i,...i->...", directions[..., upper, :], directions[..., fore, :])
+    return (_elbow_excess(directions, side, 2 * slack) > 0) | (along < np.cos(np.radians(FOLDED_DEGREES - 2 * slack)))
 
 
 def _elbow_excess(directions: np.ndarray, side: int, slack: float = 0.0) -> np.ndarray:
@@ -239,7 +239,7 @@ def _bent(along: np.ndarray, front: np.ndarray, inner: np.ndarray, turn: np.ndar
 
 def _turn(fore: np.ndarray, front: np.ndarray, inner: np.ndarray) -> np.ndarray:
     """Return the angle ``(...)`` in degrees from an arm's front to its forearm, positive inwards."""
-    return np.degrees(np.arctan2((fore * inner).sum(-1), (fore * front).sum(-1)))
+    return np.degrees(np.arctan2(*(np.einsum("...i,...i->...", fore, axis) for axis in (inner, front))))
 
 
 def _limits(along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -250,10 +250,10 @@ def _limits(along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _depth(directions: np.ndarray) -> np.ndarray:
     """Return the penetration of each arm into the trunk ``(..., 2)``, as :func:`penetration`."""
-    points = skeleton.to_positions(directions)
-    wrists, elbows = points[..., [6, 9], :], points[..., [5, 8], :]
-    probes = np.stack([wrists, 0.5 * (elbows + wrists)], axis=-2) - points[..., None, :1, :]
-    neck = points[..., None, None, 1, :]
+    steps = directions * skeleton.LENGTHS[:, None]
+    neck, elbows = steps[..., None, None, 0, :], steps[..., [3, 6], :] + steps[..., [4, 7], :]
+    wrists = elbows + steps[..., [5, 8], :]
+    probes = neck + np.stack([wrists, 0.5 * (elbows + wrists)], axis=-2)
     from_axis = probes - 0.5 * neck
     radius = np.hypot(from_axis[..., 0] / WIDTH, from_axis[..., 2] / DEPTH)
     inside = (probes[..., 1] < 0.3) & (probes[..., 1] > neck[..., 1] + 0.04)

@@ -29,9 +29,9 @@ def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.n
     """Rotate unit vectors ``start`` by ``share`` of the angle to ``end``; shares above one or below zero extrapolate.
 
     Shapes broadcast; ``share`` lacks the last axis. For opposite vectors the result is arbitrary."""
-    along = (start * end).sum(-1, keepdims=True)
+    along = np.einsum("...i,...i->...", start, end)[..., None]
     across = end - along * start
-    length = np.linalg.norm(across, axis=-1, keepdims=True)
+    length = skeleton.length(across)[..., None]
     across = np.divide(across, length, out=np.zeros_like(across), where=length > np.where(along > 0, 0, 1e-6))
     turn = np.arctan2(length, along) * np.asarray(share)[..., None]
     return skeleton.normalize(np.cos(turn) * start + np.sin(turn) * across)
@@ -129,7 +129,7 @@ def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the angle ``(...)`` in radians between unit vectors ``(..., 3)``, accurate for small angles, too.
 
     In float32, the arc cosine of the dot product is 0 for all angles below 0.0003."""
-    return 2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+    return 2 * np.arctan2(skeleton.length(a - b), skeleton.length(a + b))
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:

@@ -32,6 +32,8 @@ _MIN_CALM = 1e-3
 """Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
 _WAITS = 3.0
 """Seconds of whole rest from which on who is silent waits as a listener does."""
+_SHORT = 4096
+"""Frames of a take below which several threads finish takes no faster: they wait for one another at every small array."""
 _MARKED = 0.6
 """Seconds beside a word with a mark in which a low rate spares nothing."""
 
@@ -80,7 +82,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
         motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
         return motion.mirrored() if request.mirror else motion
 
-    return parallel_map(expressed, zip(request.identities, *made, strict=True))
+    return parallel_map(expressed, zip(request.identities, *made, strict=True), 1 + heard.frames // _SHORT)
 
 
 def wanted_gestures(request: Request, heard: SpeechFeatures) -> tuple[dict[int, document.Wanted], list[str]]:

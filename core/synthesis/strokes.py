@@ -19,7 +19,7 @@ def wrist_speeds(directions: np.ndarray, fps: float = skeleton.FPS) -> np.ndarra
     """Return the speeds of the wrists ``(frames, 2)`` in metres per second, of directions ``(frames, 9, 3)``."""
     if len(directions) < 2:
         return np.zeros((len(directions), 2))
-    return np.linalg.norm(np.gradient(skeleton.wrists(directions), axis=0), axis=-1) * fps
+    return skeleton.length(np.gradient(skeleton.wrists(directions), axis=0)) * fps
 
 
 def stroke_times(directions: np.ndarray, fps: float = skeleton.FPS) -> list[float]:

@@ -94,8 +94,9 @@ class Norm:
 
 def normalize_channels(x: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
     """Normalise the last axis to zero mean and unit variance; ``out`` may be ``x``."""
-    y = np.subtract(x, x.mean(axis=-1, keepdims=True), out=out)
-    y /= np.sqrt(np.einsum("...i,...i->...", y, y)[..., None] / np.float32(y.shape[-1]) + _EPSILON)
+    size = np.float32(x.shape[-1])
+    y = np.subtract(x, np.einsum("...i->...", x)[..., None] / size, out=out)
+    y *= 1 / np.sqrt(np.einsum("...i,...i->...", y, y)[..., None] / size + _EPSILON)
     return y
 
 
@@ -115,12 +116,11 @@ def relu(x: np.ndarray) -> np.ndarray:
 
 
 def silu(x: np.ndarray, spare: np.ndarray | None = None) -> np.ndarray:
-    """Apply the SiLU (``x`` times its logistic function) in place; ``spare`` is a buffer of the same shape."""
-    share = np.negative(x, out=spare)
-    with np.errstate(over="ignore"):  # for very negative values the exponential overflows and the result is correctly 0
-        np.exp(share, out=share)
+    """Apply the SiLU (``x`` times its logistic function, by its tangent) in place; ``spare`` is a buffer of the same shape."""
+    x *= np.float32(0.5)
+    share = np.tanh(x, out=spare)
     share += 1
-    x /= share
+    x *= share
     return x
 
 

@@ -1,6 +1,5 @@
 """The flow generator in numpy: inference of :class:`flow.FlowGenerator`."""
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
@@ -18,8 +17,6 @@ from .layers import Linear, Weights
 
 _SETTINGS = {"decoder": "flow", "audio": "mfcc", "mfcc_axis": "time", "words": 0, "affect": "graph", "norm": "layer"}
 _POSE = 3 * len(EDGES)
-_CACHED_FRAMES, _CACHE_SIZE = 1024, 6
-"""Longest input whose features are cached, and number of cached inputs."""
 
 
 def supports(config: ModelConfig) -> bool:
@@ -38,13 +35,8 @@ class NumpyNetwork:
 
     def __init__(self, config: ModelConfig, arrays: Mapping[str, np.ndarray]):
         weights = Weights(arrays)
-        self._cache: dict[tuple, np.ndarray] = {}
-        self.config, self.noise_size, self.velocity_reach, self.hears = (
-            config,
-            noise_size(config),
-            velocity_reach(config),
-            feature_reach(config),
-        )
+        self.config, self.noise_size = config, noise_size(config)
+        self.velocity_reach, self.hears = velocity_reach(config), feature_reach(config)
         self._affect = AffectiveEncoder(weights / "aff_encoder", config)
         self._voice = VoiceEncoder(weights / "audio_encoder", config)
         self._text = TextEncoder(weights / "text_encoder", config)
@@ -82,27 +74,13 @@ class NumpyNetwork:
         ``mfcc`` ``(Ta, mfcc_features)``, ``words`` ``(T, word_size)``, ``seeds`` ``(T, noise_size + 1)``, ``prosody``
         ``(T, prosody_features)``, all float32."""
         frames = len(seeds)
-        features = [self._encode_given(seeds), self._encode_speech(mfcc, words, prosody, frames)]
+        features = [self._encode_given(seeds), self._voice(mfcc, frames), self._text(words)]
+        if self._prosody:
+            assert prosody is not None
+            features.append(self._prosody(prosody))
         if self._asked:
             features.append(self._asked(np.zeros((frames, 7), np.float32)))
         return np.concatenate(features, axis=1)
-
-    def _encode_speech(self, mfcc: np.ndarray, words: np.ndarray, prosody: np.ndarray | None, frames: int) -> np.ndarray:
-        """Return the features of voice, words and prosody; cached, as edits request the same short pieces repeatedly."""
-        key = None
-        if frames <= _CACHED_FRAMES:
-            parts = (np.ascontiguousarray(part) for part in (mfcc, words, prosody) if part is not None)
-            key = (frames, *(hashlib.blake2b(part.data).digest() for part in parts))
-            if key in self._cache:
-                return self._cache[key]
-        encoded = [self._voice(mfcc, frames), self._text(words)]
-        if self._prosody:
-            assert prosody is not None
-            encoded.append(self._prosody(prosody))
-        features = np.concatenate(encoded, axis=1)
-        if key is not None:
-            self._cache = {**dict(list(self._cache.items())[1 - _CACHE_SIZE :]), key: features}
-        return features
 
     def hear(
         self, mfcc: np.ndarray, words: np.ndarray, seeds: np.ndarray, prosody: np.ndarray | None = None

@@ -30,7 +30,7 @@ class Arm:
         self.shoulder, self.opposite = (points[:, skeleton.EDGES[arm[0]][0]] for arm in (self.edges, skeleton.ARMS[1 - side]))
         self.elbow, self.wrist = (points[:, skeleton.EDGES[edge][1]] for edge in self.edges)
         self.out, down = skeleton.normalize(self.shoulder - self.opposite), -body.directions[:, 0].astype(float)
-        self.down = skeleton.normalize(down - self.out * (down * self.out).sum(-1, keepdims=True))
+        self.down = skeleton.normalize(down - self.out * dot(down, self.out)[0][:, None])
         self.front = np.cross(self.out, self.down) * (1 if side else -1)
 
     @property
@@ -87,7 +87,7 @@ what is to be changed."""
 
 def dot(vectors: np.ndarray, *axes: np.ndarray) -> list[np.ndarray]:
     """Components ``(frames,)`` of vectors ``(frames, 3)`` along each of the axes."""
-    return [(vectors * axis).sum(-1) for axis in axes]
+    return [np.einsum("...i,...i->...", vectors, axis) for axis in axes]
 
 
 def outwards(aside: np.ndarray, ahead: np.ndarray, wanted: np.ndarray) -> np.ndarray:

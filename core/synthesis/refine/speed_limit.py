@@ -38,7 +38,7 @@ def speed_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
 def _too_fast(pair: np.ndarray, shoulder: np.ndarray) -> np.ndarray:
     """Return in which frames ``(frames,)`` an arm ``(frames, 2, 3)`` is too fast, to or from its neighbours."""
     lengths = skeleton.LENGTHS[list(skeleton.ARMS[0]), None]
-    wrist = np.linalg.norm(np.diff(shoulder + (pair * lengths).sum(1), axis=0), axis=-1) / _WRIST
-    turn = np.linalg.norm(np.diff(pair, axis=0), axis=-1).max(-1) / _TURN
+    wrist = skeleton.length(np.diff(shoulder + (pair * lengths).sum(1), axis=0)) / _WRIST
+    turn = skeleton.length(np.diff(pair, axis=0)).max(-1) / _TURN
     fast = np.maximum(wrist, turn) * skeleton.FPS > 1
     return np.pad(fast, (1, 0)) | np.pad(fast, (0, 1))
