@@ -52,6 +52,9 @@ _SMOOTHING, _NEIGHBOURS = 1.5, 4
 wobbles by a third of the way from calm to aroused in windows of 1 s."""
 _COMMA, _APART = 0.25, 0.3
 """Seconds of pause that do not part units, and beyond them those that let neighbours count 1/e: moods are sentences'."""
+_MICROPHONE = 10.0
+"""Decibels of noise: standard deviation of the weights of units around one, and of those of which an own middle is made. What
+is spoken in other noise was recorded elsewhere, often of another voice, and tells little of this one."""
 _DOUBT = 0.15
 """Seconds of voice at which half is believed."""
 _LEAST_VOICE, _FEWEST_NUCLEI, _PUREST = 0.1, 1.0, 19.0
@@ -84,14 +87,11 @@ def rate(units: Units, said: np.ndarray) -> np.ndarray:
     scores = np.clip(np.nan_to_num((heard - _CENTRES) / _DEVIATIONS), -_LIMIT, _LIMIT)
     known = np.isfinite(heard[:, :_AROUSAL]).sum(1)
     aroused = scores[:, :_AROUSAL].sum(1) / np.maximum(known, 1)
-    sound = np.stack([
-        aroused - _ORDINARY,
-        scores @ _VALENCE + _VALENCE_OF_AROUSAL * aroused - _CLEAN,
-        scores @ _DOMINANCE,
-    ], axis=1)  # fmt: skip
+    valence = scores @ _VALENCE + _VALENCE_OF_AROUSAL * aroused - _CLEAN
+    sound = np.stack([aroused - _ORDINARY, valence, scores @ _DOMINANCE], axis=1)
     nuclei, pure = heard[:, NAMES.index("nuclei")], heard[:, NAMES.index("harmonicity")]
     spoken = (voice > _LEAST_VOICE) & (nuclei > _FEWEST_NUCLEI) & (pure < _PUREST)
-    sound -= _own(sound[spoken], units.voiced[spoken])
+    sound[spoken] -= _own(sound[spoken], units.voiced[spoken], units.noise[spoken])
     sound *= (spoken * voice / (voice + _DOUBT))[:, None]
     arousal = np.where(sound[:, 0] > 0, sound[:, 0] / _ABOVE, sound[:, 0] / _BELOW)
     others = np.tanh(_OF_SOUND * sound[:, 1:] + _OF_WORDS * said)
@@ -110,22 +110,27 @@ def _smooth(units: Units) -> tuple[np.ndarray, np.ndarray]:
     for shift in range(-min(_NEIGHBOURS, count - 1), min(_NEIGHBOURS, count - 1) + 1):
         here, there = slice(max(-shift, 0), count - max(shift, 0)), slice(max(shift, 0), count - max(-shift, 0))
         away = 0.5 * ((middle[there] - middle[here]) / _SMOOTHING) ** 2 + np.abs(parted[there] - parted[here])
-        share = np.exp(-away)
+        share = np.exp(-away) * _alike(units.noise[there] - units.noise[here])
         total[here] += share[:, None] * weighed[there]
         mass[here] += (share * units.voiced[there])[:, None] * known[there]
         voice[here] += share * units.voiced[there]
     return np.where(mass > 0, total / np.maximum(mass, 1e-9), np.nan), voice
 
 
-def _own(scores: np.ndarray, voiced: np.ndarray) -> np.ndarray:
-    """Return how far the centres ``(3,)`` move to the speaker's own: his medians, by how long he was heard."""
-    if not len(scores):
-        return np.zeros(3)
-    order = np.argsort(scores, axis=0)
-    heard = np.cumsum(voiced[order], axis=0)
-    middle = np.argmax(heard >= heard[-1] / 2, axis=0)
-    own = np.take_along_axis(scores, order, axis=0)[middle, np.arange(3)]
-    return _OWN * np.clip((voiced.sum() - _STRANGE) / (_KNOWN - _STRANGE), 0, 1) * own
+def _own(scores: np.ndarray, voiced: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Return how far centres move to the speaker's own ``(u, 3)``: medians of units in like ``noise``, by how long they are."""
+    result, order = np.zeros_like(scores), np.argsort(scores, axis=0)
+    for level in np.unique(noise.round()):
+        share = voiced * _alike(noise - level)
+        heard = np.cumsum(share[order], axis=0)
+        own = np.take_along_axis(scores, order, axis=0)[np.argmax(heard >= heard[-1] / 2, axis=0), np.arange(3)]
+        result[noise.round() == level] = _OWN * np.clip((share.sum() - _STRANGE) / (_KNOWN - _STRANGE), 0, 1) * own
+    return result
+
+
+def _alike(noise: np.ndarray) -> np.ndarray:
+    """Return how much units that differ by so many decibels of ``noise`` tell of each other, 0..1."""
+    return np.exp(-0.5 * (noise / _MICROPHONE) ** 2)
 
 
 def follow(spans: np.ndarray, affect: np.ndarray, frames: int) -> np.ndarray:

@@ -166,14 +166,11 @@ def _stress(accents: tuple[Accent, ...], stressed: Collection[int]) -> tuple[Acc
     """Make the accents of the words ``stressed`` the main accents of their phrases, instead of the previous ones."""
     chosen = set(stressed)
     phrases = {accent.phrase for accent in accents if accent.word in chosen}
-    result = []
-    for accent in accents:
-        if accent.word in chosen:
-            accent = replace(accent, strength=_STRESSED, main=True)
-        elif accent.main and accent.phrase in phrases:
-            accent = replace(accent, main=False)
-        result.append(accent)
-    return tuple(result)
+    return tuple(
+        replace(one, strength=_STRESSED, main=True) if one.word in chosen
+        else replace(one, main=one.main and one.phrase not in phrases)
+        for one in accents
+    )  # fmt: skip
 
 
 def _local_mean(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:

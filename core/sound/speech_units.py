@@ -12,8 +12,8 @@ NAMES = ("tilt", "pitch", "movement", "nuclei", "hammarberg", "harmonicity", "ro
 
 _PAUSE, _SHORTEST, _LONGEST = 0.25, 0.1, 3.0
 """Seconds: a pause that ends a unit, the shortest unit, and the longest, which is cut evenly."""
-_REACH = 4 * RATE
-"""Frames before and after within which speech is compared with the loudest."""
+_REACH = 4
+"""Seconds before and after within which speech is compared with the loudest."""
 _QUIET, _UNVOICED, _FAINT = 25.0, 15.0, 45.0
 """Decibels below the loud frames nearby at which there is no speech beside voice, and away from it (a whisper is there, noise
 is not), and decibels below the loud frames of the recording."""
@@ -25,6 +25,8 @@ _NEAREST, _BESIDE = 6, 4
 """Frames between two vowels at least, and frames from a vowel to voice at most."""
 _JUMP = 2.0
 """Semitones; larger steps of pitch in 10 ms are errors or another syllable."""
+_BETWEEN, _CLEAN = 30, -50.0
+"""Frames around a unit in which its noise is heard, and decibels beside loud sound at which there is none worth the name."""
 _WHISPER = 0.25
 """Share of voiced frames below which somebody whispers."""
 
@@ -34,11 +36,13 @@ class Units:
     """Units of speech: ``spans`` ``(u, 2)`` in seconds, how many seconds of each are ``voiced`` ``(u,)``, and ``features``
     ``(u, 9)`` with columns :data:`NAMES`, NaN where unknown: tilt as in :class:`VoiceQuality`, median pitch in semitones above
     100 Hz, mean step of pitch in 10 ms, syllable nuclei a second, Hammarberg index, harmonicity and its standard deviation in
-    dB, range of pitch in semitones, and how far pitch falls from the unit's middle to its end."""
+    dB, range of pitch in semitones, and how far pitch falls from the unit's middle to its end. ``noise`` ``(u,)`` is what is
+    left where a unit is quietest, in dB beside the recording's loud sound."""
 
     spans: np.ndarray
     voiced: np.ndarray
     features: np.ndarray
+    noise: np.ndarray
 
 
 def measure(sound: np.ndarray) -> Units:
@@ -47,14 +51,17 @@ def measure(sound: np.ndarray) -> Units:
     spans = _spans(quality)
     nuclei = _nuclei(quality)
     features = np.full((len(spans), len(NAMES)), np.nan)
-    voiced = np.zeros(len(spans))
+    voiced, noise = np.zeros(len(spans)), np.zeros(len(spans))
+    loud = np.nanpercentile(quality.whole, 95) if len(spans) else 0.0
     for row, (start, end) in enumerate(spans):
         part = slice(round(start * RATE), round(end * RATE))
         voiced[row] = quality.voiced[part].sum() / RATE
+        around = quality.whole[max(part.start - _BETWEEN, 0) : part.stop + _BETWEEN]
+        noise[row] = max(np.nanpercentile(around, 5) - loud, _CLEAN)
         features[row] = _features(quality, part)
         low, high = np.searchsorted(nuclei, [part.start, part.stop])
         features[row, NAMES.index("nuclei")] = (high - low) / (end - start)
-    return Units(spans, voiced, features)
+    return Units(spans, voiced, features, noise)
 
 
 def _spans(quality: VoiceQuality) -> np.ndarray:
@@ -63,11 +70,7 @@ def _spans(quality: VoiceQuality) -> np.ndarray:
     if not len(level) or not quality.voiced.any():
         return np.zeros((0, 2))
     loud = np.percentile(level[quality.voiced], 95)
-    seconds = np.pad(level, (0, -len(level) % RATE), constant_values=level.min()).reshape(-1, RATE)
-    loudest = np.pad(np.partition(seconds, -10, axis=1)[:, -10], _REACH // RATE, mode="edge")
-    nearby = np.lib.stride_tricks.sliding_window_view(loudest, 2 * _REACH // RATE + 1).max(1)
-    nearby = np.interp(np.arange(len(level)), (np.arange(len(nearby)) + 0.5) * RATE, nearby)
-    below = np.minimum(nearby, loud) - level
+    below = np.minimum(voice_quality.loudest_nearby(level, _REACH), loud) - level
     beside = running_maximum(quality.voiced, _CONSONANT, _CONSONANT)
     speech = (below < np.where(beside, _QUIET, _UNVOICED)) & (level > loud - _FAINT)
     spans = []

@@ -30,6 +30,8 @@ _AUDIBLE = 10**-3.0
 """Power beside that of loud frames (their 95th percentile) below which nothing is voiced: 30 dB, the range of vowels."""
 _NOISE_SHARE, _NOISE_EXCESS = 0.1, 1.3
 """Noise is what the quietest tenth of the frames have in the middle; 1.3 times it is taken away, as it fluctuates."""
+_NEAR, _FLUCTUATION = 2, 2.0
+"""Noise is no more than so many times what a tenth of some second is below, of those so near."""
 _CLEARER = 0.5
 """Share of a frame's power that is voice at least, where noise is taken from its harmonicity."""
 _SILENT = 1e-9
@@ -46,7 +48,8 @@ class VoiceQuality:
 
     ``voiced`` is a mask; ``pitch`` in semitones above 100 Hz, ``tilt``: ln of the power of 1 to 5 kHz over that of 60 Hz to
     1 kHz, ``harmonicity`` in dB and ``hammarberg``: the highest power below 2 kHz over that from 2 to 5 kHz in dB, are of use
-    where it is true. ``level`` is that of 300 to 2500 Hz in dB."""
+    where it is true. ``level`` is that of 300 to 2500 Hz in dB, ``whole`` that of all sound with its noise, NaN in digital
+    silence."""
 
     voiced: np.ndarray
     pitch: np.ndarray
@@ -54,13 +57,14 @@ class VoiceQuality:
     harmonicity: np.ndarray
     hammarberg: np.ndarray
     level: np.ndarray
+    whole: np.ndarray
 
 
 def measure(sound: np.ndarray) -> VoiceQuality:
     """Measure ``(n,)`` float32 samples at 16 kHz; the tracks have a frame for every full 10 ms."""
     sound = np.asarray(sound, np.float32)
     count = len(sound) // _HOP
-    tracks = [np.zeros(count, kind) for kind in (bool, *[np.float32] * 5)]
+    tracks = [np.zeros(count, kind) for kind in (bool, *[np.float32] * 6)]
     pieces = max(round(count / _PIECE), 1)
     edges = [count * number // pieces for number in range(pieces + 1)]
     for begin, end in zip(edges[:-1], edges[1:], strict=True):
@@ -92,18 +96,20 @@ def _measure_piece(power: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, ..
     """Return the tracks of :class:`VoiceQuality` of power spectra ``(frames, bins)``, which are freed of noise in place."""
     strength, pitch = _periodicity(power, whole)  # before noise goes: what it leaves of a fricative looks periodic
     total = power.sum(1)
-    heard = np.flatnonzero(total > _SILENT * total.max())
+    silent = total <= _SILENT * total.max()
+    heard = np.flatnonzero(~silent)
     number = max(int(_NOISE_SHARE * len(heard)), 1)
     quiet = heard[np.argpartition(total[heard], number - 1)[:number]]
     noise = np.median(whole[quiet])
-    power -= np.float32(_NOISE_EXCESS) * np.median(power[quiet], axis=0)
+    share = np.minimum(-loudest_nearby(-np.where(silent, whole.max(), whole), _NEAR) * (_FLUCTUATION / noise), 1)
+    power -= np.float32(_NOISE_EXCESS) * np.median(power[quiet], axis=0) * share[:, None]
     np.maximum(power, 0, out=power)
     total = power.sum(1)
     loud = np.percentile(total, 95)
     faint = np.float32(1e-8 * loud + 1e-30)
     low, high = power[:, _bins(60, 1000)].sum(1), power[:, _bins(1000, 5000)].sum(1)
     peaks = power[:, _bins(60, 2000)].max(1), power[:, _bins(2000, 5000)].max(1)
-    pure = np.clip(strength * whole / np.maximum(whole - noise, _CLEARER * whole + 1e-30), 0.01, 0.99)
+    pure = np.clip(strength * whole / np.maximum(whole - noise * share, _CLEARER * whole + 1e-30), 0.01, 0.99)
     return (
         _steady((strength > _VOICED) & (total > _AUDIBLE * loud), pitch),
         pitch,
@@ -111,7 +117,16 @@ def _measure_piece(power: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, ..
         10 * np.log10(pure / (1 - pure)),
         10 * np.log10((peaks[0] + faint) / (peaks[1] + faint)),
         10 * np.log10(power[:, _bins(300, 2500)].sum(1) + faint),
+        10 * np.log10(np.where(silent, np.nan, whole)),
     )
+
+
+def loudest_nearby(level: np.ndarray, seconds: int) -> np.ndarray:
+    """Return for each frame ``(n,)`` how loud a tenth of the loudest second is, of those so near."""
+    rows = np.pad(level, (0, -len(level) % RATE), constant_values=level.min()).reshape(-1, RATE)
+    loudest = np.pad(np.partition(rows, -(RATE // 10), axis=1)[:, -(RATE // 10)], seconds, mode="edge")
+    near = np.lib.stride_tricks.sliding_window_view(loudest, 2 * seconds + 1).max(1)
+    return np.interp(np.arange(len(level)), (np.arange(len(near)) + 0.5) * RATE, near)
 
 
 def _steady(voiced: np.ndarray, pitch: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from .request import Request
 
 _READY = 0.7
 """How readily speakers show meanings where that is not known."""
-SIZE = 1.2
+SIZE = 1.18
 """Factor from movements as a network draws them to those performed: chance that beats have is lost to large ones."""
 _MIN_INTENSITY = 0.2
 """Intensity below which a kept frame is enlarged no further for the network."""
@@ -69,11 +69,9 @@ class StyleSequence:
 
     def _over(self, points: np.ndarray, frames: int) -> np.ndarray:
         """Interpolate values of each step ``(..., steps, size)`` at every frame."""
-        return (
-            styles.interpolate_sequence(points, frames)
-            if self.begins is None
-            else styles.switch_at_frames(points, frames, self.begins)
-        )
+        if self.begins is None:
+            return styles.interpolate_sequence(points, frames)
+        return styles.switch_at_frames(points, frames, self.begins)
 
     def on_the_way(self, frames: int) -> np.ndarray:
         """Return ``latents`` at every frame ``(takes, frames, size)``, or ``(takes, size)`` for one frame."""
@@ -200,9 +198,8 @@ def _tastes(speakers: list[dict], steps: Sequence[dict[int, float] | None]) -> n
     if not tastes or any(one is None for one in tastes):
         return None
     every = np.array(tastes)
-    middle = every.mean(axis=0)
-    weighted = [middle if step is None else sum(weight * every[k] for k, weight in step.items()) for step in steps]
-    return np.stack([np.asarray(one) for one in weighted])
+    shares = [{k: 1 / len(every) for k in range(len(every))} if step is None else step for step in steps]
+    return np.stack([sum(weight * every[k] for k, weight in step.items()) for step in shares])
 
 
 def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:

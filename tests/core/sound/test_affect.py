@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
-from s2ag.core.sound import affect, audio, resample, word_affect
+from s2ag.core.sound import affect, audio, resample, speech_units, voice_quality, word_affect
 from s2ag.core.vectors.table import WordVectors
 from sounds import bandpasses
 
@@ -80,6 +80,34 @@ def test_an_angry_sentence_is_heard_after_a_long_reading(acted, sonnet):
     assert sleepy.mean() < reading.mean() - 0.3
 
 
+def after(sound, line):
+    """A line after 25 s of another recording and half a second of nothing, and the second at which it begins."""
+    parts = audio.normalise_level(sound[: 25 * RATE]), np.zeros(RATE // 2, np.float32), audio.normalise_level(line)
+    return np.concatenate(parts), 25.5
+
+
+def test_another_voice_on_another_microphone_does_not_move_a_line(acted, sonnet):
+    alone, later = {}, {}
+    for name in ("amused", "angry"):
+        alone[name] = hear(acted[name])[:, 1].mean()
+        sound, begins = after(sonnet, acted[name])
+        later[name] = hear(sound)[int(begins * 15) :, 1].mean()
+    assert alone["amused"] > alone["angry"] + 0.3 and later["amused"] > later["angry"] + 0.3
+    # moved by 2 deviations as the noisy reading is, both would be heard as pleased
+    assert later["angry"] < 0 < later["amused"]
+
+
+def test_noise_of_one_recording_is_not_taken_from_another(acted, sonnet):
+    sound, begins = after(sonnet, acted["angry"])
+    alone, later = (voice_quality.measure(each) for each in (acted["angry"], sound))
+    rows = slice(int(begins * voice_quality.RATE), None)
+    both = alone.voiced & later.voiced[rows]
+    for name, close in (("harmonicity", 0.1), ("hammarberg", 0.1), ("pitch", 1e-4)):
+        np.testing.assert_allclose(getattr(later, name)[rows][both], getattr(alone, name)[both], atol=close)
+    reading, noise = (speech_units.measure(each).noise for each in (sonnet[: 25 * RATE], sound))
+    assert np.abs(noise[: len(reading)] - reading).max() < 3 and noise[-1] < reading.min() - 10
+
+
 @pytest.mark.parametrize(
     "sound",
     [
@@ -118,7 +146,7 @@ def test_an_hour_is_heard_in_bounded_memory(sonnet):
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert heard.shape == (54000, 3) and np.isfinite(heard).all()
-    # 360,000 frames of 21 bytes of tracks; with their copies and a minute's spectra below 80 MB
+    # 360,000 frames of 25 bytes of tracks; with their copies and a minute's spectra below 80 MB
     assert most < 80e6
 
 
