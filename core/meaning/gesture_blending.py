@@ -13,7 +13,7 @@ _HEAD, _TRUNK = (1, 2), (3, 6)
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _SHAKES, _SHAKE_SECONDS = 2.0, 1.1
 """Number of cycles of a head shake, and its duration."""
-_ROLL = -0.3
+_ROLL = -0.35
 """Degrees by which a head that shakes tilts, for each that it turns: of a head that is upright a turn alone shows little."""
 _SINK = 0.08
 """Share of the stroke by which an arm sinks during the hold."""

@@ -21,7 +21,7 @@ CONTROLS = RATE, HAND, AROUSAL = ("rate", "hand", "arousal")
 """Controls that the answers follow."""
 
 _SALT = 0xACC
-_ASKED, _PASSED = 0.6, 0.6
+_ASKED, _PASSED = 0.6, 0.4
 """Share of the performer's strokes that are asked for, and of the other accents that get none."""
 _STRETCH = 8.0
 """Seconds over which a performer's rate is kept."""

@@ -8,7 +8,7 @@ from ..smoothing import gaussian
 
 REACH = 1.5
 """Highest and lowest control that a slider and what is heard make together, as in training."""
-FOLLOWED = np.array([1.0, 1.6, 1.0])
+FOLLOWED = np.array([1.0, 1.75, 1.0])
 """How much of each affect that is heard a body shows: of its openness chance decides as much as what voices tell of valence."""
 _EASE = 0.2
 """Standard deviation in seconds by which curves are smoothed: a body cannot change its mind at once."""

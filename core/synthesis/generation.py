@@ -13,14 +13,14 @@ from .style_sequence import SIZE, StyleSequence
 
 _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
-_CALMER, _LIVELIER = 0.4, 0.08
+_CALMER, _LIVELIER = 0.36, 0.08
 """... and by this share at an arousal of -1, mostly near it, and what it gains at 1: chance has most of the arms' movement, and
 calm bodies are to have little."""
-_OTHER_HAND, _LEADING_HAND = 1.0, 0.4
+_OTHER_HAND, _LEADING_HAND = 1.1, 0.4
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
 _CHANCE = np.array([1.0, 0.7, 0.7, 1.05, 1.03, 1.03, 1.05, 1.03, 1.03, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
-_BANDS, _LED = np.array([1.4, 2.4]), np.array([1.0, 0.23])
+_BANDS, _LED = np.array([1.4, 2.36]), np.array([1.0, 0.28])
 """... and of an arm in each band (:func:`noise.in_bands`): people stay longer and beat more where their hands live. In which
 band how much of it depends on the hand that leads: the other one beats, too."""
 
@@ -107,7 +107,7 @@ def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mappin
     scale = np.repeat((usual[:, None] * _CHANCE)[..., None], 2, axis=2)
     right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes, len(activity))
     for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
-        less = np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other
+        less = np.minimum(np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other, 1)
         scale[:, arm] *= ((1 - less[:, None] * _LED) * _BANDS)[:, None]
     return scale
 
