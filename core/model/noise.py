@@ -13,7 +13,7 @@ _SALT = 0xF10
 _POSE = MEAN.size
 _ARMS = np.concatenate([3 * edge + np.arange(3) for arm in ARMS for edge in arm])
 _BANDS = (2.3, 0.28, 0.115)
-"""Seconds: standard deviations of the Gaussians that leave an arm's numbers below 0.06 and between 0.5 and 1.1 Hz. Above there
+"""Seconds: standard deviations of the Gaussians that leave an arm's numbers below 0.06 and between 0.5 and 1.15 Hz. Above there
 are none: with them hands tremble more than people's. Between, hands get about by what they hear."""
 BEYOND = math.ceil(4 * _BANDS[0] * FPS)
 """Frames to each side on which a number in bands depends."""
