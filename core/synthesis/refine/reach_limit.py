@@ -1,6 +1,5 @@
-"""Limits how far wrists reach across the chest and out to the side or behind: people who talk hardly reach farther.
-
-Low hands may fold, cross and hang."""
+"""Limits how far wrists reach across the chest and out to the side or behind: people who talk hardly reach farther, and in no
+frame of captured talk do hands cross by more than 0.05 m. Low hands may fold, cross and hang."""
 
 from collections.abc import Iterator
 
@@ -20,12 +19,13 @@ _BEFORE = 0.1
 
 
 def reach_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
-    """Arms that reach too far are turned about the trunk's axis."""
+    """Arms that reach too far are turned about the trunk's axis; hands that cross, each back to its side of their middle."""
+    apart = 0.5 * dot(body.arms[1].wrist - body.arms[0].wrist, body.arms[1].out)[0]
     for arm in body.arms:
         aside, ahead, below = dot(arm.wrist - arm.shoulder, arm.out, arm.front, arm.down)
         reach, turn = np.maximum(np.hypot(aside, ahead), 1e-6), np.arctan2(aside, ahead)
-        half = 0.5 * np.linalg.norm(arm.shoulder - arm.opposite, axis=-1)
-        out, across = (np.arcsin(np.minimum(most / reach, 1)) for most in (_ASIDE, half + _ACROSS))
+        inward = np.minimum(0.5 * np.linalg.norm(arm.shoulder - arm.opposite, axis=-1) + _ACROSS, apart - aside)
+        out, across = (np.arcsin(np.clip(most / reach, -1, 1)) for most in (_ASIDE, inward))
         back = np.clip(ahead / _BEFORE, 0, 1) * bounded(_SOFT - across - turn, _SOFT) - bounded(turn - out + _SOFT, _SOFT)
         share = np.clip((_ENDS - below) / (_ENDS - _HOLDS), 0, 1)
         yield arm.swing(free * share * share * (3 - 2 * share) * back)

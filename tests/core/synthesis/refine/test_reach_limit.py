@@ -30,6 +30,32 @@ def test_what_is_before_the_body_or_low_stays(side):
         np.testing.assert_allclose(apply(reach_limit, pose), pose, atol=1e-6)
 
 
+def both(height: float, aside: float) -> np.ndarray:
+    """A pose (1, 9, 3) of two wrists so far (m) beyond the body's middle."""
+    pose, right = reaching(0, height, aside), list(skeleton.ARMS[1])
+    pose[:, right] = reaching(1, height, aside)[:, right]
+    return pose
+
+
+@pytest.mark.parametrize("height", [-0.2, 0.0, 0.1])
+def test_hands_that_cross_part_and_those_side_by_side_stay(height):
+    for aside in (0.02, 0.05, 0.09):
+        made = apply(reach_limit, both(height, aside))
+        assert sum(beyond(made, side) for side in (0, 1)) < 0.03
+    apart = both(height, -0.08)
+    np.testing.assert_allclose(apply(reach_limit, apart), apart, atol=1e-6)
+    low = both(-0.46, 0.05)
+    np.testing.assert_allclose(apply(reach_limit, low), low, atol=1e-6)
+
+
+def test_hands_part_smoothly_and_alike():
+    places = np.array([[beyond(apply(reach_limit, both(-0.1, aside)), side) for side in (0, 1)]
+                       for aside in np.arange(-0.15, 0.1, 0.005)])  # fmt: skip
+    steps = np.diff(places, axis=0)
+    np.testing.assert_allclose(places[:, 0], places[:, 1], atol=0.003)  # the mean skeleton is no mirror image
+    assert steps.min() > -1e-3 and steps.max() < 0.0056 and np.abs(np.diff(steps, axis=0)).max() < 0.25 * 0.005
+
+
 def test_given_frames_stay_and_the_ways_to_them_are_smooth():
     still = np.repeat(reaching(1, 0.0, 0.2), 60, axis=0)
     made = apply(reach_limit, still, np.array([30, 31]))
