@@ -168,7 +168,7 @@ def _stress(accents: tuple[Accent, ...], stressed: Collection[int]) -> tuple[Acc
     phrases = {accent.phrase for accent in accents if accent.word in chosen}
     return tuple(
         replace(one, strength=_STRESSED, main=True) if one.word in chosen
-        else replace(one, main=one.main and one.phrase not in phrases)
+        else replace(one, main=False) if one.phrase in phrases else one
         for one in accents
     )  # fmt: skip
 

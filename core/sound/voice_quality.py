@@ -31,7 +31,7 @@ _AUDIBLE = 10**-3.0
 _NOISE_SHARE, _NOISE_EXCESS = 0.1, 1.3
 """Noise is what the quietest tenth of the frames have in the middle; 1.3 times it is taken away, as it fluctuates."""
 _NEAR, _FLUCTUATION = 2, 2.0
-"""Noise is no more than so many times what a tenth of some second is below, of those so near."""
+"""Seconds to each side; noise is at most so many times the power below which a tenth of the quietest of them lies."""
 _CLEARER = 0.5
 """Share of a frame's power that is voice at least, where noise is taken from its harmonicity."""
 _SILENT = 1e-9

@@ -116,7 +116,7 @@ def relu(x: np.ndarray) -> np.ndarray:
 
 
 def silu(x: np.ndarray, spare: np.ndarray | None = None) -> np.ndarray:
-    """Apply the SiLU (``x`` times its logistic function, by its tangent) in place; ``spare`` is a buffer of the same shape."""
+    """Apply the SiLU (``x`` times its logistic function, a tanh) in place; ``spare`` is a buffer of the same shape."""
     x *= np.float32(0.5)
     share = np.tanh(x, out=spare)
     share += 1
