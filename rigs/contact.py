@@ -14,7 +14,7 @@ import numpy as np
 from ..core.motion import quaternion, skeleton
 from . import arms
 from .collision_spheres import ALONG, FOREARM, UPPER, HandSpheres
-from .proportions import ALL, SIDES, ArmOrigin, BentTrunk, Frames, envelope, from_chest, rotation_in_frame, smooth
+from .proportions import ALL, SIDES, ArmOrigin, BentTrunk, Frames, agreed, envelope, from_chest, rotation_in_frame
 
 TOUCH = 0.01
 """Depth of intersection that counts as contact, in hand lengths: skin is soft. A table or a lap is kept twice as far off."""
@@ -26,17 +26,17 @@ _MIN_MOBILITY = 0.25
 """Least mean share of the wrists' shift by which two spheres move; pairs below cannot be separated and are ignored."""
 _TURN_COST = 0.5
 """Cost of a change of the separation direction by a right angle, in hand lengths times seconds."""
-_MIN_AGREEMENT = 0.6
-"""Length of a mean of unit vectors from which on it is normalised; a shorter one is scaled by 1 over this."""
+_CROSSING = 3.0
+"""What a shift costs more that crosses both arms: people part their hands by moving each to its own side."""
 _PASSES = 3
 _SPREADS = np.radians([0.0, 15.0, 30.0, 45.0, 60.0])
 """Angles by which elbows are turned outwards where forearms lie in a table's edge: more would throw them up."""
 _STRETCH = 0.999
 """Largest distance from shoulder to wrist, as a share of the arm's length."""
-_SPHERE_GAP = 0.25
-"""Distance of an outer sphere of a hand from the third after it, at most, in hand lengths."""
 _COARSE_PLACES, _COARSE_RADIUS = (0.2, 0.6, 1.0), 0.8
 """Bounding spheres of a hand: their centres along the direction of the knuckles and their radius, in hand lengths."""
+_COARSE_SHARES = (0.15, 0.5, 0.85)
+"""Bounding spheres of a forearm: shares of its length."""
 
 
 class Body(Protocol):
@@ -137,7 +137,7 @@ class _Arm:
         """Return centres (frames, n, 3) and radii (n,) of a few bounding spheres; the first three enclose the hand."""
         elbow, wrist = self._elbow(), self._wrist()
         hand = [wrist + place * self.knuckles for place in _COARSE_PLACES]
-        fore = [elbow + share * (wrist - elbow) for share in (0.15, 0.5, 0.85)]
+        fore = [elbow + share * (wrist - elbow) for share in _COARSE_SHARES]
         upper = [self.shoulder + share * (elbow - self.shoulder) for share in (0.55, 0.85)]
         thick = [FOREARM[0] * self.size + 0.2 * self.fore] * 3 + [UPPER[0] * self.size + 0.2 * self.upper] * 2
         return np.stack([*hand, *fore, *upper], 1), np.array([*[_COARSE_RADIUS * self.size] * 3, *thick])
@@ -145,12 +145,14 @@ class _Arm:
     def near(self, body: Body, frames: Frames = ALL, offset: np.ndarray | float = 0.0) -> np.ndarray:
         """Return whether (frames,) the hand, moved by ``offset`` (frames, 3), may intersect ``body``."""
         wrist = self._wrist(frames) + offset
-        spheres = np.stack([wrist + place * self.knuckles[frames] for place in _COARSE_PLACES], 1)
-        return (body.depth(spheres, _COARSE_RADIUS * self.size, frames) > 0).any(-1)
+        spheres = [wrist + place * self.knuckles[frames] for place in _COARSE_PLACES]
+        if body.whole:
+            spheres += [wrist + share * (self._elbow(frames) - wrist) for share in _COARSE_SHARES]
+        return (body.depth(np.stack(spheres, 1), _COARSE_RADIUS * self.size, frames) > 0).any(-1)
 
-    def depth(self, body: Body, frames: np.ndarray, offset: np.ndarray | None = None, every: int = 1) -> np.ndarray:
-        """Return how deep (frames,) the hand, moved by ``offset`` (frames, 3), lies in ``body``; uses every n-th sphere."""
-        outer = self.held.balls.outer[::every]
+    def depth(self, body: Body, frames: np.ndarray, offset: np.ndarray | None = None) -> np.ndarray:
+        """Return how deep (frames,) the hand, moved by ``offset`` (frames, 3), lies in ``body``."""
+        outer = self.held.balls.outer
         if body.whole:
             outer = np.append(outer, len(self.held.balls.radii) + np.arange(len(ALONG)))
         points = (self.spheres if body.whole else self.palm)(frames)[:, outer] + (0.0 if offset is None else offset[:, None])
@@ -158,19 +160,17 @@ class _Arm:
 
     def move_out_of(self, body: Body, fps: float) -> None:
         """Shift the wrist so that the hand leaves ``body``."""
-        near = np.flatnonzero(body.whole | self.near(body))
-        if len(near) and not body.whole:  # at a table's edge one sphere can be deep and all others far
-            near = near[self.depth(body, near, every=3) > -_SPHERE_GAP * self.size]
+        near = np.flatnonzero(self.near(body))
         deep = self.depth(body, near) if len(near) else np.zeros(0)
         bad, deep = near[deep > 0], deep[deep > 0]
         if not len(bad) or not self.held.share:
             return
         outward = body.outward(self._wrist() + _COARSE_PLACES[1] * self.knuckles, self.sign)
-        outward = skeleton.normalize(smooth(outward, _frames(fps)))
+        outward = agreed(outward, fps)
         start, need = self.shift, np.zeros(len(outward))
         for _ in range(_PASSES):
             need[bad] += deep
-            self.shift = start + envelope(need, _frames(0.5 * fps))[:, None] * outward
+            self.shift = start + envelope(need, 0.5 * EASE * fps)[:, None] * outward
             deep = self.depth(body, bad)
             bad, deep = bad[deep > 0.5 * TOUCH * self.size], deep[deep > 0.5 * TOUCH * self.size]
             if not len(bad):
@@ -189,7 +189,7 @@ class _Arm:
             deep = np.maximum(body.depth(points, self.size * np.interp(ALONG, (0, 1), FOREARM)).max(-1), 0.0)
             angles[deep < least] = angle
             least = np.minimum(deep, least)
-        angles = envelope(angles, _frames(0.5 * fps))
+        angles = envelope(angles, 0.5 * EASE * fps)
         self.elbow = self.shoulder + quaternion.rotate(quaternion.about(axis, angles), elbow)
 
     def shifted_directions(self, frames: Frames) -> tuple[np.ndarray, np.ndarray]:
@@ -223,7 +223,7 @@ def _separate(left: _Arm, right: _Arm, fps: float) -> Generator[None, None, None
         need = contact.required_shift(skeleton.normalize(way[frames]))[0]
         shifts[:, frames] += _divide_shift(left, right, frames, way[frames], np.maximum(need, 0))
         for arm, start, shift, sign in zip((left, right), starts, shifts, (-1, 1), strict=True):
-            arm.shift = start + sign * envelope(shift, _frames(0.5 * fps))[:, None] * way
+            arm.shift = start + sign * envelope(shift, 0.5 * EASE * fps)[:, None] * way
         near = near[(np.abs(left.shift[near]) + np.abs(right.shift[near])).max(-1) > 0]
 
 
@@ -281,14 +281,14 @@ def _separation_directions(left: _Arm, right: _Arm, contact: _Contact, fps: floa
     choices = np.stack([*normals, skeleton.normalize(hands[1] - hands[0]), skeleton.normalize(quaternion.cross(*bones))])
     costs = np.concatenate([np.stack(side) for side in zip(*(contact.required_shift(way, 2) for way in choices), strict=True)])
     costs, choices = np.maximum(costs, 0) / (left.size * fps), np.concatenate([choices, -choices])
-    path = np.concatenate([_cheapest_path(costs[:, span], choices[:, span]) for span in _spans(frames, 2 * _frames(fps))])
+    costs *= 1 + _CROSSING * np.maximum(choices[..., 0], 0)
+    path = np.concatenate([_cheapest_path(costs[:, span], choices[:, span]) for span in _spans(frames, round(2 * EASE * fps))])
     ways = choices[path, np.arange(len(frames))]
     every = np.arange(len(left.wrist))
     after = np.searchsorted(frames, every).clip(0, len(frames) - 1)
     before = np.maximum(after - 1, 0)
     nearest = np.where(np.abs(frames[after] - every) <= np.abs(every - frames[before]), after, before)
-    way = smooth(ways[nearest], _frames(fps))
-    return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), _MIN_AGREEMENT)
+    return agreed(ways[nearest], fps)
 
 
 def _squared_distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -317,7 +317,3 @@ def _cheapest_path(costs: np.ndarray, ways: np.ndarray) -> np.ndarray:
     for origin in reversed(origins):
         path.append(int(origin[path[-1]]))
     return np.array(path[::-1])
-
-
-def _frames(fps: float) -> int:
-    return max(1, round(EASE * fps))

@@ -44,8 +44,6 @@ class TurningHead:
     """A turning head: ``neck`` and ``head`` (frames, 4) are rotations in armature space, relative to the chest."""
 
     whole = False
-    bias = np.array([0.3, -0.4, 0.0])
-    """Added to the way out, so that it is outwards and ahead: aside to the arm's side, back and up."""
 
     def __init__(self, skull: HeadEllipsoid, frame: np.ndarray, neck: np.ndarray, head: np.ndarray):
         self.skull = skull
@@ -64,7 +62,8 @@ class TurningHead:
     def outward(self, points: np.ndarray, side: float) -> np.ndarray:
         """Return unit vectors (frames, 3) out of the head at ``points`` (frames, 3), for an arm on ``side`` (+1 left)."""
         halves = self.skull.halves
-        way = self._offset(points[:, None], slice(None))[:, 0] / halves**2 + self.bias * [side, 1, 1] / halves.min()
+        # rather outwards and ahead
+        way = self._offset(points[:, None], slice(None))[:, 0] / halves**2 + np.array([0.3 * side, -0.4, 0.0]) / halves.min()
         way /= np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
         return np.matmul(self.turn, way[..., None])[..., 0]
 
@@ -74,11 +73,15 @@ class TurningHead:
 
 
 class Sight(TurningHead):
-    """The place before a face, which hands would hide: what is ahead of it counts as beside its middle."""
+    """What hands and forearms would hide: a face, a quarter around it, and all that is ahead of them."""
 
-    bias = np.array([0.6, 0.0, 0.0])
+    whole = True
+
+    def outward(self, points: np.ndarray, side: float) -> np.ndarray:
+        """Return the way (frames, 3) to the arm's own side, wherever it is: a hand above a face has its arm before it."""
+        return side * self.turn[:, :, 0]
 
     def _offset(self, points: np.ndarray, frames: slice | np.ndarray) -> np.ndarray:
         local = super()._offset(points, frames)
         local[..., 1] = np.maximum(local[..., 1], 0.0)
-        return local
+        return local / 1.25

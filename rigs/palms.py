@@ -87,7 +87,7 @@ def limit_wrist(
         return target, twist
     # A hand that came round to its range from the far side is within it again; what is brief stays at the same end.
     rounds = np.round((twist + palm.neutral) / (2 * np.pi))[:, None]
-    rounds = smooth(np.round(smooth(rounds, round(fps))), round(EASE * fps))[:, 0]
+    rounds = smooth(np.round(smooth(rounds, fps)), EASE * fps)[:, 0]
     allowed = calm(limits.soft_limit(twist + palm.neutral - 2 * np.pi * rounds, PRONATION), fps) - palm.neutral
     return quaternion.multiply(quaternion.about(fore, allowed - twist), target), allowed
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..core.motion import quaternion, skeleton
+from ..core.smoothing import running_maximum
 from .skeleton import Bones, Mapping, character_frame
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -31,6 +32,9 @@ MAX_CORRECTION = np.radians(80.0)
 _HALVINGS = 8
 _UPPER = ((0.75, 0.8), (1.0, 1.0))
 """Points of an upper arm that are tested: share of its length, and of the elbow's radius."""
+_TURNED, _MIN_AGREEMENT = 0.6, 0.6
+"""Seconds over which a way out turns into another, and length of a mean of such ways from which on it is taken wholly: a hand
+that hurries from before a hip to behind it is not thrown around it."""
 _PASSES = 3
 
 
@@ -269,23 +273,18 @@ class _Arm:
         bad = np.flatnonzero(deep > 0)
         if not bad.size:
             return None
-        way = self._outward(start, along, reach[-1] * 0.7, fps)
+        way = agreed(self.trunk.outward(start + 0.7 * reach[-1] * along, self.sign), fps)
+        share, way = np.linalg.norm(way, axis=-1), skeleton.normalize(way)
         need = np.zeros(len(along))
         result = along
         for _ in range(_PASSES):
             need[bad] = np.maximum(need[bad], self._required_angle(start[bad], along[bad], way[bad], reach, radius, bad))
-            result = _rotate_towards(along, way, envelope(need, max(1, round(0.5 * EASE * fps))))
+            result = _rotate_towards(along, way, share * envelope(need, 0.5 * EASE * fps))
             bad = np.flatnonzero(self._depth(start, result, reach, radius) > 1e-3 * self.size)
             if not bad.size:
                 break
             need[bad] += np.radians(3)
         return result
-
-    def _outward(self, start: np.ndarray, along: np.ndarray, reach: float, fps: float) -> np.ndarray:
-        """Return the direction out of the trunk (frames, 3), smoothed over time."""
-        way = self.trunk.outward(start + reach * along, self.sign)
-        way = smooth(way, max(1, round(EASE * fps)))
-        return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
 
     def _required_angle(
         self, start: np.ndarray, along: np.ndarray, way: np.ndarray, reach: np.ndarray, radius: np.ndarray, frames: np.ndarray
@@ -321,22 +320,27 @@ def _rotate_towards(along: np.ndarray, way: np.ndarray, angle: np.ndarray) -> np
     return np.cos(angle) * along + np.sin(angle) * side
 
 
-def envelope(need: np.ndarray, reach: int) -> np.ndarray:
+def envelope(need: np.ndarray, reach: float) -> np.ndarray:
     """Return a smooth curve (frames,) nowhere below ``need``: a running maximum over ``reach`` frames, then a running mean."""
-    width = 2 * reach + 1
-    held = np.lib.stride_tricks.sliding_window_view(np.pad(need, reach, mode="edge"), width).max(-1)
-    return smooth(held[:, None], reach)[:, 0]
+    frames = max(1, round(reach))
+    return smooth(running_maximum(need, frames, frames)[:, None], reach)[:, 0]
 
 
 def calm(angle: np.ndarray, fps: float) -> np.ndarray:
     """Return an angle (frames,) in radians whose changes faster than :data:`FASTEST` are spread over time; others stay."""
     fast = (np.abs(np.diff(angle, append=angle[-1:])) * fps > FASTEST).astype(float)
-    reach = max(1, round(EASE * fps))
-    return angle + envelope(fast, reach) * (smooth(angle[:, None], reach)[:, 0] - angle)
+    return angle + envelope(fast, EASE * fps) * (smooth(angle[:, None], EASE * fps)[:, 0] - angle)
 
 
-def smooth(values: np.ndarray, reach: int) -> np.ndarray:
-    """Return the running mean (frames, n) over ``reach`` neighbours to either side, with a Hann window."""
+def agreed(ways: np.ndarray, fps: float) -> np.ndarray:
+    """Return unit vectors (frames, 3) smoothed over time: unit vectors again, shorter where they turn about."""
+    way = smooth(ways, _TURNED * fps)
+    return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), _MIN_AGREEMENT)
+
+
+def smooth(values: np.ndarray, reach: float) -> np.ndarray:
+    """Return the running mean (frames, n) over ``reach`` neighbours to either side, at least one, with a Hann window."""
+    reach = max(1, round(reach))
     kernel = np.hanning(2 * reach + 3)[1:-1]
     padded = np.pad(values, ((reach, reach), (0, 0)), mode="edge")
     return np.stack([np.convolve(column, kernel / kernel.sum(), mode="valid") for column in padded.T], -1)

@@ -113,7 +113,7 @@ class Surface:
             upper, fore = np.moveaxis(directions[:, edges] @ turn.T, 1, 0)
             wrist = long * upper + short * fore
             home, laid[:, index] = self.seat.home(side, np.median(shoulder, 0), size)
-            share = shares[:, index] = smooth(smoothstep(-wrist[:, 2:] / size, _LOW, _HANGING), round(_EASED * fps))[:, 0]
+            share = shares[:, index] = smooth(smoothstep(-wrist[:, 2:] / size, _LOW, _HANGING), _EASED * fps)[:, 0]
             moving = _KEPT * (wrist - np.multiply(_HANGS, [sign, 1, 1]) * size)
             goal = wrist + share[:, None] * (home - shoulder + moving - wrist)
             floor = self.seat.top(goal + shoulder, _WRIST * size)

@@ -65,6 +65,7 @@ def measure(sound: np.ndarray) -> VoiceQuality:
     sound = np.asarray(sound, np.float32)
     count = len(sound) // _HOP
     tracks = [np.zeros(count, kind) for kind in (bool, *[np.float32] * 6)]
+    tracks[-2:] = np.full(count, -300, np.float32), np.full(count, np.nan, np.float32)  # as a minute of digital silence has
     pieces = max(round(count / _PIECE), 1)
     edges = [count * number // pieces for number in range(pieces + 1)]
     for begin, end in zip(edges[:-1], edges[1:], strict=True):

@@ -1,5 +1,7 @@
 """Controls and intensity of a request at every frame, where they change over time."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..motion import skeleton
@@ -23,12 +25,10 @@ def sample(request: Settings, name: str, frames: int, rate: float = skeleton.FPS
     return gaussian(np.interp(np.arange(frames) / rate, seconds, values), _EASE * rate)
 
 
-def affects(request: Settings, heard: np.ndarray | None, frames: int, rate: float) -> dict[str, np.ndarray | float]:
-    """Return the affects of a request at every frame, as :func:`sample` has them, by name, with what is ``heard``
-    (:func:`following`); without that, those that it does not mention are left out."""
-    named = AFFECTS if heard is not None else [name for name in (*request.affect, *request.curves) if name in AFFECTS]
+def asked_and_heard(request: Settings, names: Sequence[str], heard: np.ndarray | None, frames: int, rate: float) -> dict:
+    """Return the controls of these names at every frame, each with what is ``heard`` of it (:func:`following`)."""
     follows = following(request, heard, frames, rate)
-    return {name: np.clip(sample(request, name, frames, rate) + follows.get(name, 0), -1, 1) for name in named}
+    return {name: np.clip(sample(request, name, frames, rate) + follows.get(name, 0), -1, 1) for name in names}
 
 
 def following(request: Settings, heard: np.ndarray | None, frames: int, rate: float = skeleton.FPS) -> dict[str, np.ndarray]:

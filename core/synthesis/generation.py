@@ -23,6 +23,10 @@ _CHANCE = np.array([1.0, 0.7, 0.7, 1.05, 1.03, 1.03, 1.05, 1.03, 1.03, 1.0])
 _BANDS, _LED = np.array([1.4, 2.36]), np.array([1.0, 0.28])
 """... and of an arm in each band (:func:`noise.in_bands`): people stay longer and beat more where their hands live. In which
 band how much of it depends on the hand that leads: the other one beats, too."""
+_OPEN = np.array([0.7, 0.0])
+"""... and by how much it is less at a valence of 1: open arms tell joy, and chance would hide them."""
+_FOLLOWED = (*accent_selection.CONTROLS, _VALENCE := "valence")
+"""Controls that accents and chance follow."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -52,7 +56,7 @@ def generate(
         poses = [(one.first, one.rest(heard.frames)) for one in cast for _ in one.latents]
         inputs = heard.features.slice, heard.frames, _latents(heard, cast), poses
         return GeneratedTakes(windows.perform(checkpoint, *inputs, progress, cancelled), (None,) * len(poses))
-    wishes = [_controls(heard, one) for one in cast]
+    wishes = [curves.asked_and_heard(one.request, _FOLLOWED, heard.affect, heard.frames, skeleton.FPS) for one in cast]
     tastes = [one.taste(heard.frames) for one in cast]
     asked = [_asked_strokes(checkpoint, heard, *each) for each in zip(cast, tastes, wishes, strict=True)]
     lively = [_noise_scale(heard.activity, *each) for each in zip(tastes, wishes, strict=True)]
@@ -66,16 +70,6 @@ def generate(
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
     return GeneratedTakes(np.stack(arms), [rest.remove_jitter_of_numbers(*each) for each in zip(extras, kept, strict=True)])
-
-
-def _controls(heard: SpeechFeatures, performers: StyleSequence) -> dict[str, np.ndarray | float]:
-    """Return the controls of :data:`accent_selection.CONTROLS` at every frame, with the affect that is heard."""
-    request, frames = performers.request, heard.frames
-    controls = {name: curves.sample(request, name, frames) for name in accent_selection.CONTROLS}
-    for name, track in curves.following(request, heard.affect, frames).items():
-        if name in controls:
-            controls[name] = np.clip(controls[name] + track, -1, 1)
-    return controls
 
 
 def _asked_strokes(
@@ -100,15 +94,15 @@ def _asked_strokes(
 
 def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mapping) -> np.ndarray:
     """Return the scale of the noise of each direction and of hands ``(frames, 10, 2)`` in bands: smaller in silence, as waiting
-    hands are less various, where arousal, a number or ``(frames,)``, is low, and for the arm that leads less."""
+    hands are less various, where arousal is low or valence high (numbers or ``(frames,)``), and for the arm that leads less."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
-    aroused = wishes[accent_selection.AROUSAL]
+    aroused, valence = (np.broadcast_to(wishes[name], activity.shape) for name in (accent_selection.AROUSAL, _VALENCE))
     usual = quiet * (1 - _CALMER * np.maximum(-aroused, 0) ** 1.5 + _LIVELIER * np.maximum(aroused, 0))
     scale = np.repeat((usual[:, None] * _CHANCE)[..., None], 2, axis=2)
     right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes, len(activity))
     for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
         less = np.minimum(np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other, 1)
-        scale[:, arm] *= ((1 - less[:, None] * _LED) * _BANDS)[:, None]
+        scale[:, arm] *= ((1 - less[:, None] * _LED) * (1 - np.maximum(valence, 0)[:, None] * _OPEN) * _BANDS)[:, None]
     return scale
 
 

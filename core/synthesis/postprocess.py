@@ -15,7 +15,7 @@ from ..motion.interpolation import true_runs
 from ..motion.motion import Motion
 from ..motion.pelvis import Pelvis
 from ..provenance import stated
-from ..settings import names_with
+from ..settings import AFFECTS, names_with
 from ..sound import affect
 from ..threads import parallel_map
 from ..words import hints
@@ -141,7 +141,7 @@ def synthesize_face(request: Request, heard: SpeechFeatures, take: int, directio
     """Return the face of a finished performance; None where none is asked for."""
     if not request.face or heard.spoken is None:
         return None
-    affects = curves.affects(request, heard.affect, len(heard.spoken.loudness), RATE)
+    affects = curves.asked_and_heard(request, AFFECTS, heard.affect, len(heard.spoken.loudness), RATE)
     about = affects, request.face, request.face_smoothness
     return animation.make_face(heard.spoken, directions, request.keyed_seed + take, *about)
 

@@ -198,8 +198,7 @@ def _tastes(speakers: list[dict], steps: Sequence[dict[int, float] | None]) -> n
     if not tastes or any(one is None for one in tastes):
         return None
     every = np.array(tastes)
-    shares = [{k: 1 / len(every) for k in range(len(every))} if step is None else step for step in steps]
-    return np.stack([sum(weight * every[k] for k, weight in step.items()) for step in shares])
+    return np.stack([every.mean(0) if step is None else sum(weight * every[k] for k, weight in step.items()) for step in steps])
 
 
 def _rest_pose(speakers: list[dict], weights: dict[int, float] | None) -> np.ndarray:

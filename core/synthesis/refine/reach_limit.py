@@ -15,7 +15,7 @@ _SOFT = 0.15
 _HOLDS, _ENDS = 0.3, 0.45
 """Metres below the shoulder down to which that holds, and from which on nothing is held: at the elbow and at the hips."""
 _BEFORE = 0.1
-"""Metres ahead of the shoulder over which the limit across sets in: hands behind the back are on their way there."""
+"""Metres of a hand or its elbow ahead of the shoulder over which the limit across sets in: some go behind the back."""
 
 
 def reach_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
@@ -23,9 +23,10 @@ def reach_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
     apart = 0.5 * dot(body.arms[1].wrist - body.arms[0].wrist, body.arms[1].out)[0]
     for arm in body.arms:
         aside, ahead, below = dot(arm.wrist - arm.shoulder, arm.out, arm.front, arm.down)
+        before = np.clip(np.maximum(ahead, dot(arm.elbow - arm.shoulder, arm.front)[0]) / _BEFORE, 0, 1)
         reach, turn = np.maximum(np.hypot(aside, ahead), 1e-6), np.arctan2(aside, ahead)
         inward = np.minimum(0.5 * np.linalg.norm(arm.shoulder - arm.opposite, axis=-1) + _ACROSS, apart - aside)
         out, across = (np.arcsin(np.clip(most / reach, -1, 1)) for most in (_ASIDE, inward))
-        back = np.clip(ahead / _BEFORE, 0, 1) * bounded(_SOFT - across - turn, _SOFT) - bounded(turn - out + _SOFT, _SOFT)
+        back = before * bounded(_SOFT - across - turn, _SOFT) - bounded(turn - out + _SOFT, _SOFT)
         share = np.clip((_ENDS - below) / (_ENDS - _HOLDS), 0, 1)
         yield arm.swing(free * share * share * (3 - 2 * share) * back)

@@ -9,11 +9,12 @@ import toy_corpus
 from refusals import one_sentence
 from s2ag.core.cli.main import main
 from s2ag.core.errors import UsageError
-from s2ag.core.learning.evaluate import talk_characters, talk_people, talk_split, talk_trial, talk_voices
+from s2ag.core.learning.evaluate import talk_characters, talk_faults, talk_people, talk_split, talk_trial, talk_voices
 from s2ag.core.learning.evaluate.talks import load_human_recording
 from s2ag.core.learning.train.storage import save_arrays
 from s2ag.core.motion import skeleton
 from s2ag.core.motion.motion import Motion
+from s2ag.core.synthesis.session import Request, Session
 from sounds import write_wav
 
 
@@ -93,6 +94,21 @@ def test_the_mannequin_is_keyed_and_its_joints_are_in_their_places():
     assert (one[:, 2, 1] < one[:, 1, 1] - 0.1).all()  # the nose is over the neck, y down,
     assert (one[:, 2, 2] > one[:, 1, 2] + 0.03).all()  # and before it
     assert (one[:, 4, 0] < -0.1).all() and (one[:, 7, 0] > 0.1).all()
+
+
+@pytest.mark.slow
+def test_large_takes_on_a_character_hardly_have_a_fault(examples):
+    """Of all styles at intensity 1.4: one stretch in nearly six minutes may be, as a threshold is passed by millimetres."""
+    pytest.importorskip("bpy", reason="Blender is not installed")
+    from s2ag.core.cli import blender
+
+    session, files = Session(cache="off"), {"audio": examples / "hello.flac", "transcript": examples / "hello.txt"}
+    styles = [style["name"] for style in session.styles()]
+    wishes = [Request(**files, style=name, seed=row, hands=1.0, intensity=1.4) for row, name in enumerate(styles, 100)]
+    takes = [result.motions[0] for result in session.synthesize_all(wishes)]
+    places = talk_characters.joints("human:mixamo", takes, blender.run)
+    minutes = sum(map(len, places)) / skeleton.FPS / 60
+    assert minutes > 5 and sum(talk_faults.by_minute(places).values()) * minutes < 1.5
 
 
 def test_refusals(tmp_path, capsys):

@@ -138,6 +138,15 @@ def test_a_mood_outlasts_the_voice_and_sinks_in_silence(acted):
     assert heard[-1] < 0.1 * heard[:spoken].max() and (np.diff(heard[spoken + 5 :]) <= 0).all()
 
 
+def test_minutes_of_digital_silence_hold_no_speech_and_no_noise(acted):
+    line, silence = acted["angry"], np.zeros(150 * RATE, np.float32)
+    alone, before = speech_units.measure(line), speech_units.measure(np.concatenate([line, silence]))
+    np.testing.assert_allclose(before.spans, alone.spans, atol=0.02)  # frames at the line's end hear its last samples or none
+    np.testing.assert_allclose(before.noise, alone.noise, atol=1.0)
+    after = speech_units.measure(np.concatenate([silence, line]))
+    np.testing.assert_allclose(after.spans - 150, alone.spans, atol=0.02)
+
+
 @pytest.mark.slow
 def test_an_hour_is_heard_in_bounded_memory(sonnet):
     hour = np.tile(sonnet, -(-3600 * RATE // len(sonnet)))[: 3600 * RATE]
