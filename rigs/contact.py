@@ -33,10 +33,9 @@ _SPREADS = np.radians([0.0, 15.0, 30.0, 45.0, 60.0])
 """Angles by which elbows are turned outwards where forearms lie in a table's edge: more would throw them up."""
 _STRETCH = 0.999
 """Largest distance from shoulder to wrist, as a share of the arm's length."""
-_COARSE_PLACES, _COARSE_RADIUS = (0.2, 0.6, 1.0), 0.8
-"""Bounding spheres of a hand: their centres along the direction of the knuckles and their radius, in hand lengths."""
-_COARSE_SHARES = (0.15, 0.5, 0.85)
-"""Bounding spheres of a forearm: shares of its length."""
+_COARSE_PLACES, _COARSE_RADIUS, _COARSE_SHARES = (0.2, 0.6, 1.0), 0.8, (0.15, 0.5, 0.85)
+"""Bounding spheres of a hand: their centres along the direction of the knuckles and their radius, in hand lengths; and of a
+forearm: shares of its length."""
 
 
 class Body(Protocol):

@@ -101,8 +101,8 @@ class RestBlend:
 def scale_amplitude(directions: np.ndarray, intensity: float | np.ndarray, pose: np.ndarray = REST) -> np.ndarray:
     """Scale a motion's deviation from ``pose``: 0 is ``pose``, 1 changes nothing, above 1 exaggerates, up to 170 degrees.
 
-    ``intensity`` is a number, or ``(frames,)`` with one for every frame."""
-    intensity = np.asarray(intensity, float)[..., None]
+    ``intensity`` is a number, or ``(frames,)`` with one for every frame, or ``(frames or 1, edges)``."""
+    intensity = np.asarray(intensity, float)[(..., None) if np.ndim(intensity) < 2 else ...]
     if (intensity == 1).all():
         return directions
     share = np.minimum(intensity, _MAX_ANGLE / np.maximum(angle_between(directions, pose), 1e-6))

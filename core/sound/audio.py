@@ -17,7 +17,7 @@ from .resample import resample
 
 SAMPLE_RATE = 16000
 SPEECH_RMS = 0.05
-"""RMS of active speech after :func:`normalise_level`: -26 dB relative to full scale, the usual telephony reference."""
+"""RMS of active speech after scaling by :func:`speech_gain`: -26 dB relative to full scale, the usual telephony reference."""
 
 RATE_LIMITS = 1_000, 384_000
 """Accepted sampling rates in Hz: lower ones make the result arbitrarily large, higher ones need long filters."""
@@ -85,11 +85,6 @@ def fingerprint(audio: np.ndarray, part: str = "") -> int:
     levels = 10 * np.log10(energy / max(energy.sum(), 1e-30) + _PART_FLOOR)
     key = zlib.crc32(f"{len(audio)} {np.round(levels).astype(int).tolist()}".encode())
     return zlib.crc32(part.encode(), key) or 1
-
-
-def normalise_level(audio: np.ndarray) -> np.ndarray:
-    """Scale the sound so that its active speech level is :data:`SPEECH_RMS`, which cancels the microphone gain."""
-    return np.asarray(audio, np.float32) * np.float32(speech_gain(audio))
 
 
 def speech_gain(audio: np.ndarray) -> float:

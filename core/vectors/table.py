@@ -81,8 +81,6 @@ class WordVectors:
             self._cache[word] = vector
         return self._cache[word]
 
-    get_vector = vector
-
     def vectors(self, words: Sequence[str]) -> np.ndarray:
         """Return the vectors ``(len(words), 300)`` float32."""
         return np.stack([self.vector(word) for word in words]) if len(words) else np.zeros((0, DIMENSIONS), np.float32)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...sound.audio import SAMPLE_RATE, load, normalise_level
+from ...sound.audio import SAMPLE_RATE, load, speech_gain
 from ...words.transcript import tokenise
 from .phonemes import PUNCTUATION, SpokenWord
 from .voices import align_words, words_from_times
@@ -49,11 +49,16 @@ def join_prompts(files: list[Path], random: np.random.Generator) -> np.ndarray:
     """Join prompts to one talk ``(n,)`` at 16 kHz, with shorter pauses after short prompts."""
     pieces = [np.zeros(round(random.uniform(0.3, 1) * SAMPLE_RATE))]
     for file in files:
-        audio = _trim(normalise_level(load(file)))
+        audio = _trim(levelled(load(file)))
         long = len(audio) > 1.2 * SAMPLE_RATE
         pause = random.uniform(0.3, 1.4) if long else random.uniform(0.06, 0.35)
         pieces += [audio, np.zeros(round(pause * SAMPLE_RATE))]
     return np.concatenate(pieces)
+
+
+def levelled(audio: np.ndarray) -> np.ndarray:
+    """Scale sound so that its active speech level is :data:`audio.SPEECH_RMS`, which cancels the microphone gain."""
+    return audio * np.float32(speech_gain(audio))
 
 
 def _trim(audio: np.ndarray) -> np.ndarray:

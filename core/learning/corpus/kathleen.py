@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...sound.audio import SAMPLE_RATE, load, normalise_level
+from ...sound.audio import SAMPLE_RATE, load
 from ...words.align import Stretch, align_stretches
+from .human_speech import levelled
 from .phonemes import SpokenWord
 from .texts import WORD, Script, Sentence, clean_text
 from .voices import Manner, Said, words_from_times
@@ -66,7 +67,7 @@ class Reader:
 
     def __init__(self, material: str, script: Script) -> None:
         files, cut = load_sentences(material), round(_SEPARATION * SAMPLE_RATE)
-        sounds = [_trim(normalise_level(load(files[sentence][0]))) for sentence in script.sentences]
+        sounds = [_trim(levelled(load(files[sentence][0]))) for sentence in script.sentences]
         # one pass for the talk: the aligner's start costs more than a sentence
         ends = np.cumsum([len(sound) + cut for sound in sounds])
         joined = np.concatenate([np.pad(sound, (0, cut)) for sound in sounds])

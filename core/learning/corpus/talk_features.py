@@ -70,10 +70,9 @@ def analyse_talk(spoken: Speech) -> TalkFeatures:
 
 def network_input(audio: np.ndarray) -> np.ndarray:
     """Return the network's input at inference, ``(frames, 40)`` float16: MFCC of the levelled audio."""
-    from ...sound.audio import normalise_level
     from ...sound.mfcc import temporal_features
 
-    return temporal_features(normalise_level(audio)).astype(np.float16)
+    return temporal_features(audio).astype(np.float16)
 
 
 def _jitter(words: list[tuple[str, float, float]], index: int) -> list[tuple[str, float, float]]:

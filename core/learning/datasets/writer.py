@@ -11,7 +11,7 @@ from ...errors import CorpusUnreadable
 from ...motion import skeleton
 from ...motion.rest import REST
 from ...sound import prosody
-from ...sound.audio import SAMPLE_RATE, normalise_level
+from ...sound.audio import SAMPLE_RATE
 from ...sound.mfcc import FEATURES, HOP, temporal_features
 from ...styles import CONTROLS
 from ...vectors.table import WordVectors, word_per_frame
@@ -80,7 +80,7 @@ class _Writer:
         directions = skeleton.normalize(np.asarray(recording.directions[:frames], np.float32))
         rows = np.array([self.rows.setdefault(word, len(self.rows)) for word, _, _ in words] + [-1], np.int32)
         parts = {
-            "mfcc": temporal_features(normalise_level(audio)),
+            "mfcc": temporal_features(audio),
             "word_index": rows[word_per_frame(words, frames, self.fps)],
             "prosody": prosody.analyse(audio, words, frames, fps=self.fps).features,
             "prosody_plain": prosody.analyse(audio, (), frames, fps=self.fps).features,

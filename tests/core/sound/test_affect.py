@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from s2ag.core.sound import affect, audio, resample, speech_units, voice_quality, word_affect
 from s2ag.core.vectors.table import WordVectors
-from sounds import bandpasses
+from sounds import bandpasses, levelled
 
 RATE = 16000
 
@@ -72,7 +72,7 @@ def test_readers_are_ordinary(shared, sonnet):
 def test_an_angry_sentence_is_heard_after_a_long_reading(acted, sonnet):
     pause = np.zeros(RATE // 2, np.float32)
     parts = [sonnet, acted["angry"], pause, acted["sleepy"]]
-    parts = [audio.normalise_level(part) if part.any() else part for part in parts]
+    parts = [levelled(part) if part.any() else part for part in parts]
     heard = hear(np.concatenate(parts))[:, 0]
     edges = (np.cumsum([len(part) for part in parts]) / RATE * 15).astype(int)
     reading, angry, sleepy = (heard[: edges[0]], heard[edges[0] + 15 : edges[1]], heard[edges[2] + 8 :])
@@ -82,7 +82,7 @@ def test_an_angry_sentence_is_heard_after_a_long_reading(acted, sonnet):
 
 def after(sound, line):
     """A line after 25 s of another recording and half a second of nothing, and the second at which it begins."""
-    parts = audio.normalise_level(sound[: 25 * RATE]), np.zeros(RATE // 2, np.float32), audio.normalise_level(line)
+    parts = levelled(sound[: 25 * RATE]), np.zeros(RATE // 2, np.float32), levelled(line)
     return np.concatenate(parts), 25.5
 
 

@@ -10,6 +10,7 @@ import pytest
 from callers import listening
 from s2ag.core.errors import AudioUnreadable
 from s2ag.core.sound import audio
+from sounds import levelled
 
 
 def tone(seconds=1.0, rate=16000, hertz=440.0, channels=1):
@@ -131,10 +132,10 @@ def test_unreadable_by_permission(tmp_path):
 
 def test_level_forgets_the_microphone(examples):
     sound = audio.load(examples / "hello.flac")
-    levelled = audio.normalise_level(sound)
+    usual = levelled(sound)
     for factor in (1e-3, 0.2, 3.0):
-        np.testing.assert_allclose(audio.normalise_level(sound * np.float32(factor)), levelled, rtol=1e-4, atol=1e-7)
-    np.testing.assert_allclose(audio.normalise_level(levelled), levelled, rtol=1e-5)
+        np.testing.assert_allclose(levelled(sound * np.float32(factor)), usual, rtol=1e-4, atol=1e-7)
+    np.testing.assert_allclose(levelled(usual), usual, rtol=1e-5)
 
 
 def test_level_ignores_digital_silence_and_a_quiet_room(examples):
@@ -149,7 +150,7 @@ def test_level_ignores_digital_silence_and_a_quiet_room(examples):
 def test_level_of_silence_is_silence():
     assert audio.speech_gain(np.zeros(1000, np.float32)) == 1.0
     assert audio.speech_gain(np.zeros(0, np.float32)) == 1.0
-    np.testing.assert_array_equal(audio.normalise_level(np.zeros(5000, np.float32)), np.zeros(5000, np.float32))
+    np.testing.assert_array_equal(levelled(np.zeros(5000, np.float32)), np.zeros(5000, np.float32))
 
 
 def test_digest_names_the_sound_and_nothing_else():

@@ -69,7 +69,7 @@ def test_unknown_words(vectors):
 
 
 def test_vectors_are_shared_and_read_only(vectors):
-    assert vectors.vector("hello") is vectors.get_vector("hello")
+    assert vectors.vector("hello") is vectors.vector("hello")
     with pytest.raises(ValueError):
         vectors.vector("hello")[0] = 1
     assert vectors.vectors([]).shape == (0, 300)

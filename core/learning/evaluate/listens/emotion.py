@@ -94,15 +94,17 @@ def measure(
     styles: Sequence[str],
     seeds: int = 1,
     reading: np.ndarray | None = None,
+    few: Sequence[str] | None = None,
     progress: Progress = silent,
 ) -> dict:
-    """Return ``told`` and ``means`` by style; with a ``reading`` also ``told_after_reading`` of :data:`MOST_AFTER` of them."""
+    """Return ``told`` and ``means`` by style; with a ``reading`` also ``told_after_reading`` of :data:`MOST_AFTER` of them, by
+    a ``few`` styles, if not by all."""
     emotions = [acted.emotion for acted in recordings]
     measured = perform(generator, recordings, styles, seeds, progress=progress)
     result: dict = {"told": told(measured, emotions), "means": by_emotion(measured, emotions), "recordings": len(recordings)}
     if reading is not None:
         some = spread([acted for acted in recordings if acted.emotion in HIGH + LOW], MOST_AFTER)
-        after = perform(generator, some, styles, seeds, reading, progress=progress)
+        after = perform(generator, some, styles if few is None else few, seeds, reading, progress=progress)
         result["told_after_reading"] = told(after, [acted.emotion for acted in some])
     return result
 

@@ -17,7 +17,7 @@ from . import emotion, exchanged, one_seed, own_speech, recordings, sliders, tra
 from .emotion import Progress, silent
 
 STYLES = 5
-"""Styles that perform everything, evenly spread over the checkpoint's."""
+"""Styles that perform everything, evenly spread over the checkpoint's; emotion alone is told in all of them."""
 LINES = 13
 """Short lines whose beginnings are compared, as many as a scene of a game may play one after another."""
 _JUDGED, _JUDGED_SECONDS, _JUDGED_STYLES = 45, 20.0, 3
@@ -97,7 +97,7 @@ def _emotion(generator: Generator, path: Path, reading: Talk | None, styles: Seq
     acted = recordings.load_acted(path)
     seeds = max(1, -(-FEWEST // len(acted)))
     before = None if reading is None else reading.audio[: int(_READ_BEFORE * audio.SAMPLE_RATE)]
-    return emotion.measure(generator, acted, styles, seeds, before, progress)
+    return emotion.measure(generator, acted, generator.names, seeds, before, styles, progress)
 
 
 def _own_speech(

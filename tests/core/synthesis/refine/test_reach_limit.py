@@ -92,8 +92,19 @@ def test_an_arm_straight_out_to_the_side_is_brought_forward(side):
         made = apply(reach_limit, pose)
         assert wide(pose, side) > 0.5 and 0.4 < wide(made, side) < 0.5
         assert (made[0, list(skeleton.ARMS[side]), 2] > 0.4).all()
-    low = stretched(side, 84, -60)
+    low = stretched(side, 84, -65)
     np.testing.assert_allclose(apply(reach_limit, low), low, atol=1e-6)
+
+
+@pytest.mark.parametrize("lift", [-40, -20, 0])
+def test_spread_arms_come_to_the_front_and_one_alone_may_point(lift):
+    pose, right = stretched(0, 60, lift), list(skeleton.ARMS[1])
+    pose[:, right] = stretched(1, 60, lift)[:, right]
+    made = apply(reach_limit, pose)
+    for side in (0, 1):
+        assert wide(pose, side) > 0.4 and 0.15 < wide(made, side) < 0.28
+    one = stretched(0, 28, lift)
+    np.testing.assert_allclose(apply(reach_limit, one), one, atol=1e-6)
 
 
 def test_arms_open_smoothly():
