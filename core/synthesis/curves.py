@@ -10,8 +10,8 @@ from ..smoothing import gaussian
 
 REACH = 1.5
 """Highest and lowest control that a slider and what is heard make together, as in training."""
-FOLLOWED = np.array([1.0, 1.75, 1.0])
-"""How much of each affect that is heard a body shows: of its openness chance decides as much as what voices tell of valence."""
+FOLLOWED, MOST = np.array([1.0, 1.75, 1.0]), np.array([1.0, 0.75, 1.0])
+"""How much of each affect that is heard a body shows (of openness much is chance), and how much at most: more spreads arms."""
 _EASE = 0.2
 """Standard deviation in seconds by which curves are smoothed: a body cannot change its mind at once."""
 
@@ -37,7 +37,7 @@ def following(request: Settings, heard: np.ndarray | None, frames: int, rate: fl
     if heard is None or not request.follow:
         return {}
     at, own = np.arange(frames) / rate, np.arange(len(heard)) / skeleton.FPS
-    columns = zip(AFFECTS, request.follow * (heard * FOLLOWED).T, strict=True)
+    columns = zip(AFFECTS, request.follow * np.minimum(heard * FOLLOWED, MOST).T, strict=True)
     return {name: np.interp(at, own, track) for name, track in columns if name not in request.curves}
 
 

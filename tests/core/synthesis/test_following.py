@@ -34,15 +34,15 @@ def asked(heard=TRACK, **settings):
 
 def test_sliders_are_offsets_to_what_is_heard():
     plain, offset = asked(), asked(affect={"arousal": 0.8, "dominance": -0.4}, rate=0.5)
-    np.testing.assert_allclose(plain[:, :3], TRACK * curves.FOLLOWED, atol=1e-6)
+    np.testing.assert_allclose(plain[:, :3], np.minimum(TRACK * curves.FOLLOWED, curves.MOST), atol=1e-6)
     np.testing.assert_allclose(offset[:, 0], np.clip(TRACK[:, 0] + 0.8, -curves.REACH, curves.REACH), atol=1e-6)
-    np.testing.assert_allclose(offset[:, 1:], np.broadcast_to([0.5 * curves.FOLLOWED[1], -0.4, 0.5, 0], (60, 4)), atol=1e-6)
+    np.testing.assert_allclose(offset[:, 1:], np.broadcast_to([curves.MOST[1], -0.4, 0.5, 0], (60, 4)), atol=1e-6)
 
 
 def test_curves_win_over_what_is_heard_and_leave_the_other_affects():
     drawn = asked(curves={"arousal": [[0, 0.2], [3, 0.4]]}, affect={"valence": 0.1})
     assert drawn[:, 0].min() >= 0.2 and drawn[:, 0].max() <= 0.41
-    np.testing.assert_allclose(drawn[:, 1], 0.1 + 0.5 * curves.FOLLOWED[1], atol=1e-6)
+    np.testing.assert_allclose(drawn[:, 1], 0.1 + curves.MOST[1], atol=1e-6)
 
 
 def test_following_less_or_not_at_all():
