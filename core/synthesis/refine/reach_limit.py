@@ -17,9 +17,9 @@ _SOFT = 0.15
 """Radians before its limit at which an arm begins to be held back: 0.06 m of a wrist before the body: as those 98 % are."""
 _HOLDS, _ENDS, _HANGS = 0.3, 0.45, 0.62
 """Metres below the shoulder down to which that holds, from which on hands may cross (at the hips), and be spread: they hang."""
-_BOTH, _STEEP, _EASE = 0.2, 3.0, 0.2
-"""Metres that both wrists may be aside of their shoulders, 0.15 in 98 % of captured frames; how much more one may be for each
-metre that the other is less, and seconds over which that is smoothed."""
+_BOTH, _STEEP, _EASE = 0.33, 3.0, 0.2
+"""Metres that both wrists may be aside of their shoulders: 0.15 in 98 % of captured frames, but "this big" needs 0.3; how much
+more one may be for each metre that the other is less, and seconds over which that is smoothed."""
 _BEFORE = 0.1
 """Metres of a hand or its elbow ahead of the shoulder over which the limit across sets in: some go behind the back."""
 

@@ -40,7 +40,7 @@ def take(speaker, longer):
     take_of(speaker, longer, curves="FRAMES", start_frame=START)
     if not compat.sound_strips(scene):
         pytest.skip("this Blender has no sound strips")
-    settings.audio_source, settings.range, settings.seed = "STRIP", "PREVIEW", 11
+    settings.audio_source, settings.range, settings.seed = "STRIP", "PREVIEW", 12
     scene.use_preview_range, scene.frame_preview_start, scene.frame_preview_end = True, FIRST, LAST
     return speaker.animation_data.action
 
