@@ -3,7 +3,6 @@
 import wave
 
 import numpy as np
-from s2ag.core.sound import audio as sound_files
 from s2ag.core.sound import bandpass, voice_activity
 
 RATE = 16000
@@ -16,11 +15,6 @@ def write_wav(path, samples):
         file.setsampwidth(2)
         file.setframerate(RATE)
         file.writeframes((np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes())
-
-
-def levelled(audio):
-    """Samples at the level of active speech that networks hear."""
-    return audio * np.float32(sound_files.speech_gain(audio))
 
 
 def bandpasses(audio, edges):

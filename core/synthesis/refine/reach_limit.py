@@ -28,13 +28,13 @@ def reach_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
     """Arms that reach too far are turned about the trunk's axis, hands that cross to their sides, spread ones to the front."""
     apart = 0.5 * dot(body.arms[1].wrist - body.arms[0].wrist, body.arms[1].out)[0]
     ways = [dot(arm.wrist - arm.shoulder, arm.out, arm.front, arm.down) for arm in body.arms]
-    high, lower = ([smoothstep(-below, -low, -most) for *_, below in ways] for low, most in ((_ENDS, _HOLDS), (_HANGS, _ENDS)))
-    wide = [gaussian(share * aside, _EASE * skeleton.FPS) for share, (aside, *_) in zip(lower, ways, strict=True)]
-    for arm, share, low, (aside, ahead, _), other in zip(body.arms, high, lower, ways, reversed(wide), strict=True):
+    high, raised = ([smoothstep(-low, -end, -begin) for *_, low in ways] for begin, end in ((_HOLDS, _ENDS), (_ENDS, _HANGS)))
+    wide = [gaussian(share * aside, _EASE * skeleton.FPS) for share, (aside, *_) in zip(raised, ways, strict=True)]
+    for arm, inner, outer, (aside, ahead, _), other in zip(body.arms, high, raised, ways, reversed(wide), strict=True):
         before = np.clip(np.maximum(ahead, dot(arm.elbow - arm.shoulder, arm.front)[0]) / _BEFORE, 0, 1)
         reach, turn = np.maximum(np.hypot(aside, ahead), 1e-6), np.arctan2(aside, ahead)
         inward = np.minimum(0.5 * np.linalg.norm(arm.shoulder - arm.opposite, axis=-1) + _ACROSS, apart - aside)
         outward = np.clip(_BOTH + _STEEP * (_BOTH - other), _BOTH, _ASIDE)
         out, across = (np.arcsin(np.clip(most / reach, -1, 1)) for most in (outward, inward))
-        back = share * before * bounded(_SOFT - across - turn, _SOFT) - low * bounded(turn - out + _SOFT, _SOFT)
+        back = inner * before * bounded(_SOFT - across - turn, _SOFT) - outer * bounded(turn - out + _SOFT, _SOFT)
         yield arm.swing(free * back)

@@ -5,9 +5,10 @@ import warnings
 
 import numpy as np
 import pytest
+from s2ag.core.learning.corpus.human_speech import levelled
 from s2ag.core.sound import affect, audio, resample, speech_units, voice_quality, word_affect
 from s2ag.core.vectors.table import WordVectors
-from sounds import bandpasses, levelled
+from sounds import bandpasses
 
 RATE = 16000
 

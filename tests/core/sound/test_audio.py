@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from callers import listening
 from s2ag.core.errors import AudioUnreadable
+from s2ag.core.learning.corpus.human_speech import levelled
 from s2ag.core.sound import audio
-from sounds import levelled
 
 
 def tone(seconds=1.0, rate=16000, hertz=440.0, channels=1):
