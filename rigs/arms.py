@@ -18,20 +18,6 @@ DECAY = 1e-3
 """Weight that pulls the twist of a straight arm to zero, relative to the one that pulls a bent arm to its plane."""
 
 
-def bent_arm(reach: np.ndarray, elbow: np.ndarray, upper: float, fore: float, most: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the directions (frames, 3) of upper arm and forearm whose wrist is ``reach`` (frames, 3) from the shoulder, as far
-    as ``most`` of their lengths allow, bent to the side of ``elbow`` (frames, 3)."""
-    size = np.linalg.norm(reach, axis=-1, keepdims=True)
-    along = reach / np.maximum(size, 1e-9)
-    size = np.clip(size, 1.01 * abs(upper - fore), most * (upper + fore))
-    aside = elbow - along * np.sum(elbow * along, -1, keepdims=True)
-    cosine = (upper**2 + size**2 - fore**2) / (2 * upper * size)
-    aside = aside / np.maximum(np.linalg.norm(aside, axis=-1, keepdims=True), 1e-9)
-    first = cosine * along + np.sqrt(np.maximum(1 - cosine**2, 0)) * aside
-    second = size * along - upper * first
-    return first, second / np.maximum(np.linalg.norm(second, axis=-1, keepdims=True), 1e-9)
-
-
 def angle_about(axis: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return the signed angle about unit ``axis`` from ``start`` to ``end``, both projected at right angles to it."""
     start = start - axis * np.sum(axis * start, -1, keepdims=True)

@@ -12,7 +12,6 @@ from typing import Protocol
 import numpy as np
 
 from ..core.motion import quaternion, skeleton
-from . import arms
 from .collision_spheres import ALONG, FOREARM, UPPER, HandSpheres
 from .proportions import ALL, SIDES, ArmOrigin, BentTrunk, Frames, agreed, envelope, from_chest, rotation_in_frame
 
@@ -195,7 +194,7 @@ class _Arm:
         """Return the directions (frames, 3) of upper arm and forearm that shift the wrist by its correction."""
         shoulder = self.shoulder[frames]
         reach = self._wrist(frames) - shoulder
-        return arms.bent_arm(reach, self.elbow[frames] - shoulder, self.upper, self.fore, _STRETCH)
+        return skeleton.bent_limb(reach, self.elbow[frames] - shoulder, self.upper, self.fore, _STRETCH)
 
     def _wrist(self, frames: Frames = ALL) -> np.ndarray:
         return self.wrist[frames] + self.shift[frames]

@@ -13,7 +13,7 @@ from ..core.motion import handshape, quaternion, skeleton
 from ..core.motion.hands import FOREARMS, Hands
 from ..core.motion.interpolation import smoothstep, true_runs
 from . import legs
-from .arms import angle_about, bent_arm
+from .arms import angle_about
 from .proportions import SIDES, ArmOrigin, TrunkShape, calm, chest_rotations, guess_trunk, rotation_in_frame, smooth
 from .skeleton import Bones, Mapping, character_frame
 
@@ -124,7 +124,7 @@ class Surface:
             along, out = skeleton.normalize(goal), np.broadcast_to(np.multiply(_ELBOW, [sign, 1, 1]), goal.shape)
             aside = calm(np.unwrap(angle_about(along, out, upper + share[:, None] * (out - upper))), fps)
             elbow = quaternion.rotate(quaternion.about(along, aside), out)
-            for edge, new in zip(edges, bent_arm(goal[moved], elbow[moved], long, short, _FULL), strict=True):
+            for edge, new in zip(edges, skeleton.bent_limb(goal[moved], elbow[moved], long, short, _FULL), strict=True):
                 result[moved, edge] = new @ turn
         knuckles, down = (skeleton.blender_to_canonical(part @ self.seat.turn) for part in (laid, np.array([0.0, 0.0, -1.0])))
         flat = np.broadcast_to(0.5 * handshape.RELAXED, hands.shape.shape)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.motion import quaternion
 from ..core.motion.pelvis import Pelvis
-from ..core.motion.skeleton import canonical_to_blender, normalize
+from ..core.motion.skeleton import bent_limb, canonical_to_blender, normalize
 from .legs import Leg, Legs
 from .skeleton import Bones
 
@@ -98,19 +98,14 @@ def _follow(leg: Leg, joints: list[np.ndarray], hip: np.ndarray, turn: np.ndarra
     thigh, shin = np.linalg.norm(rest_knee - rest_hip), np.linalg.norm(ankle - rest_knee)
     forward = _bend_direction(joints, frame)
     ahead = 0.5 * (forward + quaternion.rotate(turn, forward))  # knees turn half-way with the pelvis
-    apart = ankle - hip
-    size = np.linalg.norm(apart, axis=-1)
-    along = apart / size[:, None]
-    cosine = np.clip((thigh**2 + size**2 - shin**2) / (2 * thigh * size), -1.0, 1.0)
-    ahead = normalize(ahead - along * np.sum(along * ahead, -1, keepdims=True))
-    knee = hip + thigh * (cosine[:, None] * along + np.sqrt(1.0 - cosine**2)[:, None] * ahead)
-    hinge = quaternion.cross(along, ahead)
+    upper, lower = bent_limb(ankle - hip, ahead, thigh, shin, 1.0)
+    hinge = quaternion.cross(ankle - hip, ahead)
     rest_along = normalize(ankle - rest_hip)
     rest_hinge = np.cross(rest_along, forward - rest_along * (rest_along @ forward))
     still = np.tile(quaternion.IDENTITY, (len(hip), 1))
     return {
-        leg.thigh: _align(rest_knee - rest_hip, rest_hinge, knee - hip, hinge),
-        leg.shin: _align(ankle - rest_knee, rest_hinge, ankle - knee, hinge),
+        leg.thigh: _align(rest_knee - rest_hip, rest_hinge, upper, hinge),
+        leg.shin: _align(ankle - rest_knee, rest_hinge, lower, hinge),
         leg.foot: still,
     }
 

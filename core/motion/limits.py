@@ -49,10 +49,17 @@ def backward_elbows(directions: np.ndarray) -> np.ndarray:
 
 
 def penetration(directions: np.ndarray) -> np.ndarray:
-    """Return the deepest penetration ``(...)`` of wrists and mid-forearms into the trunk: 0 outside, 1 on its axis.
+    """Return the penetration ``(..., 2)`` of each arm's wrist and mid-forearm into the trunk: 0 outside, 1 on its axis.
 
     The trunk is an upright elliptic cylinder (half-axes 0.15 and 0.11 m) from 0.3 m under the spine joint to below the neck."""
-    return _depth(directions).max(axis=-1)
+    steps = directions * skeleton.LENGTHS[:, None]
+    neck, elbows = steps[..., None, None, 0, :], steps[..., [3, 6], :] + steps[..., [4, 7], :]
+    wrists = elbows + steps[..., [5, 8], :]
+    probes = neck + np.stack([wrists, 0.5 * (elbows + wrists)], axis=-2)
+    from_axis = probes - 0.5 * neck
+    radius = np.hypot(from_axis[..., 0] / WIDTH, from_axis[..., 2] / DEPTH)
+    inside = (probes[..., 1] < 0.3) & (probes[..., 1] > neck[..., 1] + 0.04)
+    return np.where(inside, np.clip(1 - radius, 0, 1), 0).max(axis=-1)
 
 
 def wrist_distance(directions: np.ndarray) -> np.ndarray:
@@ -167,7 +174,7 @@ def _leaves_trunk(sides: tuple[int, ...]) -> _Rule:
     edges = tuple(edge for side in sides for edge in _SIDES[side][:2])
 
     def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
-        depth = _depth(directions)
+        depth = penetration(directions)
         result = np.zeros(directions.shape[:-2], bool)
         for side in sides:
             result |= (depth[..., side] >= MAX_PENETRATION * (1 - 0.4 * slack)) | _elbow_wrong(directions, side, slack)
@@ -246,18 +253,6 @@ def _limits(along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest inward and outward rotation ``(...)`` of an arm's plane in degrees."""
     raised = np.degrees(np.arccos(np.clip(along[..., 1], -1, 1)))
     return np.interp(raised, _RAISED, _INWARD), np.interp(raised, _RAISED, _OUTWARD)
-
-
-def _depth(directions: np.ndarray) -> np.ndarray:
-    """Return the penetration of each arm into the trunk ``(..., 2)``, as :func:`penetration`."""
-    steps = directions * skeleton.LENGTHS[:, None]
-    neck, elbows = steps[..., None, None, 0, :], steps[..., [3, 6], :] + steps[..., [4, 7], :]
-    wrists = elbows + steps[..., [5, 8], :]
-    probes = neck + np.stack([wrists, 0.5 * (elbows + wrists)], axis=-2)
-    from_axis = probes - 0.5 * neck
-    radius = np.hypot(from_axis[..., 0] / WIDTH, from_axis[..., 2] / DEPTH)
-    inside = (probes[..., 1] < 0.3) & (probes[..., 1] > neck[..., 1] + 0.04)
-    return np.where(inside, np.clip(1 - radius, 0, 1), 0).max(axis=-1)
 
 
 def _unit(directions: np.ndarray) -> np.ndarray:

@@ -97,6 +97,18 @@ def to_positions(directions: np.ndarray, lengths: np.ndarray = LENGTHS) -> np.nd
     return positions
 
 
+def bent_limb(reach: np.ndarray, joint: np.ndarray, upper: float, lower: float, most: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the directions ``(frames, 3)`` of a limb's two bones, so long, that end ``reach`` ``(frames, 3)`` from its root,
+    as far as ``most`` of their lengths allow, bent to the side of ``joint`` ``(frames, 3)`` (law of cosines)."""
+    size = length(reach)[..., None]
+    along = reach / np.maximum(size, 1e-9)
+    size = np.clip(size, 1.01 * abs(upper - lower), most * (upper + lower))
+    cosine = (upper**2 + size**2 - lower**2) / (2 * upper * size)
+    aside = normalize(joint - along * np.sum(joint * along, -1, keepdims=True))
+    first = cosine * along + np.sqrt(np.maximum(1 - cosine**2, 0)) * aside
+    return first, normalize(size * along - upper * first)
+
+
 def to_directions(positions: np.ndarray) -> np.ndarray:
     """Return unit directions ``(..., 9, 3)`` of joint positions ``(..., 10, 3)``."""
     positions = np.asarray(positions)

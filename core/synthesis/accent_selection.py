@@ -87,7 +87,6 @@ def accent_channels(
 
 def right_leads(tastes: np.ndarray, wishes: Mapping, frames: int) -> np.ndarray:
     """Return by how much the right hand leads ``(frames,)``: 1 where it makes all strokes, -1 where the left does."""
-    wishes = {name: np.broadcast_to(value, frames) for name, value in wishes.items()}
     left, right, both = _adapt_to_controls(np.broadcast_to(tastes, (frames, tastes.shape[1])), wishes)[:, 3:6].T
     return (right - left) / (left + right + both)
 

@@ -26,9 +26,9 @@ def sample(request: Settings, name: str, frames: int, rate: float = skeleton.FPS
 
 
 def asked_and_heard(request: Settings, names: Sequence[str], heard: np.ndarray | None, frames: int, rate: float) -> dict:
-    """Return the controls of these names at every frame, each with what is ``heard`` of it (:func:`following`)."""
-    follows = following(request, heard, frames, rate)
-    return {name: np.clip(sample(request, name, frames, rate) + follows.get(name, 0), -1, 1) for name in names}
+    """Return the controls of these names ``(frames,)``, each with what is ``heard`` of it (:func:`following`)."""
+    follows, none = following(request, heard, frames, rate), np.zeros(frames)
+    return {name: np.clip(sample(request, name, frames, rate) + follows.get(name, none), -1, 1) for name in names}
 
 
 def following(request: Settings, heard: np.ndarray | None, frames: int, rate: float = skeleton.FPS) -> dict[str, np.ndarray]:

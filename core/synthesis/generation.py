@@ -93,9 +93,9 @@ def _asked_strokes(
 
 def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mapping) -> np.ndarray:
     """Return the scale of the noise of each direction and of hands ``(frames, 10, 2)`` in bands: smaller in silence, as waiting
-    hands are less various, where arousal is low or valence high (numbers or ``(frames,)``), and for the arm that leads less."""
+    hands are less various, where arousal is low or valence high, and for the arm that leads less."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
-    aroused, valence = (np.broadcast_to(wishes[name], activity.shape) for name in (accent_selection.AROUSAL, _VALENCE))
+    aroused, valence = wishes[accent_selection.AROUSAL], wishes[_VALENCE]
     usual = quiet * (1 - _CALMER * np.maximum(-aroused, 0) ** 1.5 + _LIVELIER * np.maximum(aroused, 0))
     scale = np.repeat((usual[:, None] * _CHANCE)[..., None], 2, axis=2)
     right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes, len(activity))

@@ -14,6 +14,7 @@ def reaching(side: int, height: float, aside: float) -> np.ndarray:
     way = goal - shoulder
     reach = np.linalg.norm(way)
     first, second = skeleton.LENGTHS[upper], skeleton.LENGTHS[lower]
+    assert reach < first + second, f"no arm reaches {reach:.2f} m"
     foot = (first**2 - second**2 + reach**2) / (2 * reach)
     along = way / reach
     down = np.array([0.0, 1.0, 0.0]) - along[1] * along

@@ -123,7 +123,7 @@ def body(motions: Sequence[np.ndarray]) -> dict[str, float]:
     """Return the shares of frames with a hand in the trunk, with an elbow bent backwards, and with intersecting hands."""
     directions = skeleton.normalize(np.concatenate(motions))
     return {
-        "through_body": float((limits.penetration(directions) > limits.MAX_PENETRATION).mean()),
+        "through_body": float((limits.penetration(directions) > limits.MAX_PENETRATION).any(-1).mean()),
         "backward_elbows": float(limits.backward_elbows(directions).any(axis=-1).mean()),
         "hands_touch": float((limits.wrist_distance(directions) < TOUCHING).mean()),
     }

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from reaching import reaching
 from refining import apply
-from s2ag.core.motion import rest, skeleton
-from s2ag.core.synthesis.refine.reach_limit import reach_limit
+from s2ag.core.motion import limits, rest, skeleton
+from s2ag.core.synthesis.refine.reach_limit import ahead_limit, reach_limit
 
 
 def beyond(pose: np.ndarray, side: int) -> float:
@@ -26,7 +26,7 @@ def test_a_wrist_at_the_other_shoulder_comes_back(side, height):
 
 @pytest.mark.parametrize("side", [0, 1])
 def test_what_is_before_the_body_or_low_stays(side):
-    for pose in (reaching(side, 0.0, 0.04), reaching(side, -0.46, 0.2), rest.REST[None].astype(np.float32)):
+    for pose in (reaching(side, 0.0, 0.04), reaching(side, -0.46, 0.15), rest.REST[None].astype(np.float32)):
         np.testing.assert_allclose(apply(reach_limit, pose), pose, atol=1e-6)
 
 
@@ -110,3 +110,25 @@ def test_spread_arms_come_to_the_front_and_one_alone_may_point(lift):
 def test_arms_open_smoothly():
     places = np.array([wide(apply(reach_limit, stretched(1, heading)), 1) for heading in range(0, 86)])
     assert (np.diff(places) > -1e-6).all() and np.diff(places).max() < 0.0125 and np.abs(np.diff(places, 2)).max() < 0.002
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("lift", [-40, -20, 0, 20])
+def test_an_arm_stretched_ahead_bends_at_the_height_of_its_hand(side, lift):
+    pose = stretched(side, 0, lift)
+    before, after = (skeleton.to_positions(each)[0] for each in (pose, apply(ahead_limit, pose)))
+    upper, lower = skeleton.ARMS[side]
+    (shoulder, elbow), wrist = skeleton.EDGES[upper], skeleton.EDGES[lower][1]
+    assert before[wrist, 2] - before[shoulder, 2] > 0.5 and 0.4 < after[wrist, 2] - after[shoulder, 2] < 0.5
+    assert after[elbow, 1] > before[elbow, 1] + 0.05  # y is down
+    np.testing.assert_allclose(after[wrist, :2], before[wrist, :2], atol=0.03)  # ahead of a trunk that leans
+    assert not limits.backward_elbows(apply(ahead_limit, pose)).any()
+
+
+def test_hands_before_the_belly_stay_and_arms_bend_smoothly():
+    near = reaching(1, -0.2, -0.1)
+    np.testing.assert_array_equal(apply(ahead_limit, near), near)
+    lifts = np.concatenate([apply(ahead_limit, stretched(1, 0, lift)) for lift in np.arange(-70.0, 0.0, 0.5)])
+    wrists = skeleton.to_positions(lifts)[:, skeleton.EDGES[skeleton.ARMS[1][1]][1]]
+    steps = np.linalg.norm(np.diff(wrists, axis=0), axis=-1)
+    assert steps.max() < 0.0075 and np.abs(np.diff(steps)).max() < 0.001  # half a degree of 0.69 m is 0.006 m
