@@ -95,7 +95,7 @@ def _sink(joints: list[list[np.ndarray]], hips: list[np.ndarray], up: np.ndarray
 def _follow(leg: Leg, joints: list[np.ndarray], hip: np.ndarray, turn: np.ndarray, frame: np.ndarray) -> dict[int, np.ndarray]:
     """Return D (frames, 4) of a leg's bones by row, for its hip at ``hip`` (frames, 3) and the pelvis's rotation ``turn``."""
     rest_hip, rest_knee, ankle = joints
-    thigh, shin = np.linalg.norm(rest_knee - rest_hip), np.linalg.norm(ankle - rest_knee)
+    thigh, shin = (float(np.linalg.norm(bone)) for bone in (rest_knee - rest_hip, ankle - rest_knee))
     forward = _bend_direction(joints, frame)
     ahead = 0.5 * (forward + quaternion.rotate(turn, forward))  # knees turn half-way with the pelvis
     upper, lower = bent_limb(ankle - hip, ahead, thigh, shin, 1.0)

@@ -35,7 +35,7 @@ def ahead_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
         back = free * bounded(dot(reach, arm.front)[0] - _AHEAD, _LAST)
         here = np.flatnonzero(back)
         bones, goal = skeleton.LENGTHS[list(arm.edges)].tolist(), reach - back[:, None] * arm.front
-        yield Correction(arm.edges, np.stack(skeleton.bent_limb(goal[here], elbow[here], *bones, 1.0), 1), here)
+        yield Correction(arm.edges, np.stack(skeleton.bent_limb(goal[here], elbow[here], *bones, most=1.0), 1), here)
 
 
 def reach_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
