@@ -23,9 +23,9 @@ more one may be for each metre that the other is less, and seconds over which th
 _BEFORE = 0.1
 """Metres of a hand or its elbow ahead of the shoulder over which the limit across sets in: some go behind the back."""
 
-_AHEAD, _LAST, _SINKS = 0.4, 0.1, 0.1
+_AHEAD, _LAST, _SINKS = 0.43, 0.1, 0.1
 """Metres ahead of its shoulder at which a wrist begins to be held back, and less than which more are left: 0.34 to 0.45 in 99 %
-of captured frames; arms stretched ahead are a sleepwalker's. And metres by which a straight arm's elbow counts as lower."""
+of captured frames, but "stop it" needs 0.5. And metres by which a straight arm's elbow counts as lower, so that it sinks."""
 
 
 def ahead_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:

@@ -3,6 +3,7 @@ import pytest
 from reaching import reaching
 from refining import apply
 from s2ag.core.motion import limits, rest, skeleton
+from s2ag.core.synthesis.refine import refine
 from s2ag.core.synthesis.refine.reach_limit import ahead_limit, reach_limit
 
 
@@ -119,8 +120,8 @@ def test_an_arm_stretched_ahead_bends_at_the_height_of_its_hand(side, lift):
     before, after = (skeleton.to_positions(each)[0] for each in (pose, apply(ahead_limit, pose)))
     upper, lower = skeleton.ARMS[side]
     (shoulder, elbow), wrist = skeleton.EDGES[upper], skeleton.EDGES[lower][1]
-    assert before[wrist, 2] - before[shoulder, 2] > 0.5 and 0.4 < after[wrist, 2] - after[shoulder, 2] < 0.5
-    assert after[elbow, 1] > before[elbow, 1] + 0.05  # y is down
+    assert before[wrist, 2] - before[shoulder, 2] > 0.5 and 0.4 < after[wrist, 2] - after[shoulder, 2] < 0.54
+    assert after[elbow, 1] > before[elbow, 1] + 0.03  # y is down
     np.testing.assert_allclose(after[wrist, :2], before[wrist, :2], atol=0.03)  # ahead of a trunk that leans
     assert not limits.backward_elbows(apply(ahead_limit, pose)).any()
 
@@ -132,3 +133,13 @@ def test_hands_before_the_belly_stay_and_arms_bend_smoothly():
     wrists = skeleton.to_positions(lifts)[:, skeleton.EDGES[skeleton.ARMS[1][1]][1]]
     steps = np.linalg.norm(np.diff(wrists, axis=0), axis=-1)
     assert steps.max() < 0.0075 and np.abs(np.diff(steps)).max() < 0.001  # half a degree of 0.69 m is 0.006 m
+
+
+def test_an_arm_behind_that_is_led_to_the_front_is_not_stretched_there():
+    """Round the side to the front, as a refined performance has it: neither far ahead nor a wing."""
+    aside = np.repeat(stretched(1, 110, -5), 60, axis=0)
+    points = skeleton.to_positions(refine(aside))
+    upper, lower = skeleton.ARMS[1]
+    shoulder, elbow = skeleton.EDGES[upper]
+    assert (points[:, skeleton.EDGES[lower][1], 2] - points[:, shoulder, 2] < 0.56).all()
+    assert (points[:, elbow, 1] - points[:, shoulder, 1] > 0.1).all()
