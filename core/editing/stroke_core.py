@@ -226,18 +226,11 @@ def reach_core(motion: Motion, side: int, first: int, last: int, place: np.ndarr
     least, most = abs(lengths[0] - lengths[1]) + 0.05, lengths.sum() - 1e-3
     if 2 * (reach >= most).sum() > len(reach) or (reach <= least).any():
         raise UsageError("The hand cannot reach that place.", "Give one that is nearer to the shoulder, or farther from it.")
-    axis = offset / reach
-    reach = np.minimum(reach, most)
-    offset = axis * reach
     upper_arm = elbow - shoulder
-    across = upper_arm - (upper_arm * axis).sum(-1, keepdims=True) * axis
-    size = np.linalg.norm(across, axis=-1, keepdims=True)
-    outward = np.where(size > 1e-4, across / np.maximum(size, 1e-4), np.cross(axis, [0.0, 0.0, 1.0]))
-    foot = (lengths[0] ** 2 - lengths[1] ** 2 + reach**2) / (2 * reach)
-    height = np.sqrt(np.maximum(lengths[0] ** 2 - foot**2, 0))
-    joint = foot * axis + height * skeleton.normalize(outward)
-    directions[:, upper] = skeleton.normalize(joint)
-    directions[:, lower] = skeleton.normalize(offset - joint)
+    bends = skeleton.length(np.cross(offset / reach, upper_arm))[:, None] > 1e-4
+    aside = np.where(bends, upper_arm, np.cross(offset, [0.0, 0.0, 1.0]))
+    bent = skeleton.bent_limb(offset, aside, *lengths.tolist(), most=most / lengths.sum())
+    directions[:, [upper, lower]] = np.stack(bent, 1)
     hands = motion.hands[first : last + 1] if motion.hands is not None else None
     directions = directions.astype(np.float32)
     return StrokeCore(first, directions, hands and hands.moved_with_arms(motion.directions[first : last + 1], directions))

@@ -85,9 +85,9 @@ def accent_channels(
     return stroke_requests.encode_requests(_outside(strokes, 1, 3, taken), _outside(still, 0, 1, taken), frames)
 
 
-def right_leads(tastes: np.ndarray, wishes: Mapping, frames: int) -> np.ndarray:
+def right_leads(tastes: np.ndarray, wishes: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return by how much the right hand leads ``(frames,)``: 1 where it makes all strokes, -1 where the left does."""
-    left, right, both = _adapt_to_controls(np.broadcast_to(tastes, (frames, tastes.shape[1])), wishes)[:, 3:6].T
+    left, right, both = _adapt_to_controls(np.broadcast_to(tastes, (len(wishes[HAND]), tastes.shape[1])), wishes)[:, 3:6].T
     return (right - left) / (left + right + both)
 
 
@@ -96,7 +96,7 @@ def _adapt_to_controls(tastes: np.ndarray, wishes: Mapping[str, np.ndarray]) -> 
     result = tastes.copy()
     result[:, 0] *= np.exp2(_RATE_OCTAVES * wishes[RATE] + _RATE_AROUSAL * wishes[AROUSAL])
     result[:, 1] *= np.exp2(_SIZE_AROUSAL * wishes[AROUSAL])
-    hand = np.asarray(wishes[HAND])
+    hand = wishes[HAND]
     result[:, 3] *= 1 - np.maximum(hand, 0)
     result[:, 4] *= 1 + np.minimum(hand, 0)
     result[:, 5] *= 1 - np.abs(hand)

@@ -98,7 +98,7 @@ def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mappin
     aroused, valence = wishes[accent_selection.AROUSAL], wishes[_VALENCE]
     usual = quiet * (1 - _CALMER * np.maximum(-aroused, 0) ** 1.5 + _LIVELIER * np.maximum(aroused, 0))
     scale = np.repeat((usual[:, None] * _CHANCE)[..., None], 2, axis=2)
-    right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes, len(activity))
+    right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes)
     for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
         less = np.minimum(np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other, 1)
         scale[:, arm] *= ((1 - less[:, None] * _LED) * (1 - np.maximum(valence, 0)[:, None] * _OPEN) * _BANDS)[:, None]

@@ -29,7 +29,7 @@ of captured frames, but "stop it" needs 0.5. And metres by which a straight arm'
 
 
 def ahead_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
-    """Wrists that reach too far ahead come back at their height; the elbow bends and sinks."""
+    """Wrists too far ahead, as :func:`reach_limit` may lead them, come back at their height; the elbow bends and sinks."""
     for arm in body.arms:
         reach, elbow = arm.wrist - arm.shoulder, arm.elbow - arm.shoulder + _SINKS * arm.down
         back = free * bounded(dot(reach, arm.front)[0] - _AHEAD, _LAST)

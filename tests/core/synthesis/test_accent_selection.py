@@ -165,7 +165,7 @@ def test_the_hand_that_leads_is_the_tastes_or_the_one_that_is_asked_for():
     def right(taste, hand):
         tastes = np.atleast_2d(accent_selection.speaker_taste({**LIVELY, **taste}))
         wishes = {name: np.broadcast_to(value, 3) for name, value in {**PLAIN, "hand": hand}.items()}
-        return accent_selection.right_leads(tastes, wishes, 3).tolist()
+        return accent_selection.right_leads(tastes, wishes).tolist()
 
     one_handed = {"left": 0.1, "right": 0.7, "both": 0.2}
     np.testing.assert_allclose(right(one_handed, 0.0), 0.6)
