@@ -61,14 +61,6 @@ class MotionUnreadable(S2agError):
     """A motion file cannot be read."""
 
 
-class ManifestUnusable(S2agError):
-    """The manifest of a batch cannot be read, or requests something impossible."""
-
-
-class SampleUnreadable(S2agError):
-    """A sample sheet cannot be read, or lacks the requested cell."""
-
-
 class OutputUnwritable(S2agError):
     """The output folder is missing, read-only or full."""
 

@@ -10,7 +10,7 @@ def gaussian(track: np.ndarray, sigma: float) -> np.ndarray:
         return track
     reach = int(4 * sigma + 0.5)
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
-    padded = np.pad(track, [(reach, reach)] + [(0, 0)] * (track.ndim - 1), mode="edge")
+    padded = np.concatenate([np.repeat(track[:1], reach, 0), track, np.repeat(track[-1:], reach, 0)])  # faster than numpy.pad
     return np.apply_along_axis(np.convolve, 0, padded, kernel / kernel.sum(), mode="valid")
 
 

@@ -35,6 +35,14 @@ def thread_count() -> int:
     return max(1, min([available, _MAX_THREADS, *(int(number) for number in limits if number.isdecimal())]))
 
 
+_here = threading.local()
+
+
+def all_busy() -> bool:
+    """Return whether this thread works on a part of a :func:`parallel_map` while every other one has a part of it, too."""
+    return getattr(_here, "busy", False)
+
+
 def parallel_map(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_THREADS) -> list[R]:
     """Return ``work(part)`` for all parts, computed by up to ``most`` threads, this one included.
 
@@ -43,16 +51,20 @@ def parallel_map(work: Callable[[T], R], parts: Iterable[T], most: int = _MAX_TH
     parts = list(parts)
     results: list = [None] * len(parts)
     remaining = iter(range(len(parts)))
+    nested, workers = all_busy(), max(1 if all_busy() else min(thread_count(), most, len(parts)), 1)
+    full = len(parts) // workers * workers if nested or workers == thread_count() else 0
 
     def run_some() -> None:
         try:
             for number in remaining:  # next() on a range iterator is atomic, so no two threads take the same part
+                _here.busy = number < full
                 results[number] = work(parts[number])
         finally:
+            _here.busy = nested
             for _ in remaining:
                 pass
 
-    futures = [_pool().submit(run_some) for _ in range(min(thread_count(), most, len(parts)) - 1)]
+    futures = [_pool().submit(run_some) for _ in range(workers - 1)]
     try:
         run_some()
     finally:  # cancel futures that have not begun: waiting for them could deadlock nested calls

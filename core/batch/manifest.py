@@ -13,7 +13,7 @@ from typing import Any
 
 from .. import characters, json_text
 from ..declaration import Setting, columns
-from ..errors import ManifestUnusable, S2agError
+from ..errors import S2agError
 from ..files import open_file
 from ..sampling import sheet
 from ..settings import Documents, Models, Settings, checkpoint_of, names_with
@@ -25,6 +25,10 @@ _MAX_BYTES = 200_000_000
 _WORDS = (*names_with(words=True), "no_transcript")
 """Columns that say where the words of a recording come from; a row has at most one."""
 _YES, _NO = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
+
+
+class ManifestUnusable(S2agError):
+    """The manifest of a batch cannot be read, or requests something impossible."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from ..batch.clip import PRESETS, select_units, units
 from ..batch.folder import STAGES, Folder
 from ..batch.folder_lock import lock_clips
 from ..batch.process_pool import PATIENCE
-from ..errors import ManifestUnusable, OutputUnwritable, UsageError
+from ..errors import OutputUnwritable, UsageError
 from . import blender, synthesis_options
 from .progress import Progress, clock, note, say
 
@@ -109,7 +109,7 @@ def _work(batch: "Batch", chosen: list["Unit"], options: argparse.Namespace) -> 
 
 
 def _clips(options: argparse.Namespace) -> list["Clip"]:
-    """Return the clips of the manifest; print all problems with their lines and raise :class:`ManifestUnusable`."""
+    """Return the clips of the manifest; print all problems with their lines and raise :class:`manifest.ManifestUnusable`."""
     from ..batch import checks, manifest
 
     path = options.manifest or _plan_of(options)
@@ -121,7 +121,7 @@ def _clips(options: argparse.Namespace) -> list["Clip"]:
         say(f"{path}:{line}: {sentence}{more}")
     if problems:
         count = f"{len(problems)} problem{'s' * (len(problems) > 1)}"
-        raise ManifestUnusable(f"{path} has {count}, so nothing was started.", "Mend the lines above.")
+        raise manifest.ManifestUnusable(f"{path} has {count}, so nothing was started.", "Mend the lines above.")
     wordless = sum(clip.no_transcript for clip in clips)
     if wordless and options.verb in ("plan", "run"):
         note(f"{wordless} of {len(clips)} clips have no words, so their gestures follow the sound alone.")
@@ -134,7 +134,7 @@ def _plan_of(options: argparse.Namespace) -> Path:
     if not (options.resume or options.verb == "status"):
         raise UsageError("No manifest was given.", "Name one, or go on with the plan in OUT by --resume.")
     if not plan.is_file():
-        raise ManifestUnusable(f"There is no batch in {options.folder}.", "Name the folder of one, or a manifest.")
+        raise UsageError(f"There is no batch in {options.folder}.", "Name the folder of one, or a manifest.")
     return plan
 
 

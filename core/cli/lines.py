@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import characters
-from ..errors import ManifestUnusable, UsageError
+from ..errors import UsageError
 from ..files import atomic_file, check_output
 from . import blender, character_options, synthesis_options
 from .animate import _rate
@@ -82,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _clips(options: argparse.Namespace) -> "dict[str, Clip]":
-    """Return the clips of the manifest or folder by name; raises :class:`ManifestUnusable` with all problems told."""
+    """Return the clips of the manifest or folder by name; raises :class:`manifest.ManifestUnusable` with all problems told."""
     from ..batch import checks, manifest
 
     models = {one: getattr(options, one, None) for one in manifest.COLUMNS}
@@ -102,7 +102,7 @@ def _clips(options: argparse.Namespace) -> "dict[str, Clip]":
         say(f"{options.source}:{problem.line}: {problem.sentence}")
     if problems:
         what = f"{options.source} has {len(problems)} problems, so nothing was started."
-        raise ManifestUnusable(what, "Mend the lines above.")
+        raise manifest.ManifestUnusable(what, "Mend the lines above.")
     return {clip.name: clip for clip in clips}
 
 

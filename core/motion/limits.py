@@ -5,6 +5,7 @@ All functions take unit directions ``(..., 9, 3)`` in the canonical frame (x rig
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -27,6 +28,7 @@ MAX_PENETRATION = 0.02
 MIN_WRIST_DISTANCE = 0.05
 """Least distance in metres between two wrists whose forearms do not intersect."""
 
+_CHAINS = ((3, 4, 5), (6, 7, 8))  # shoulder, upper arm, forearm
 _SIDES = ((4, 5, -1.0), (7, 8, 1.0))  # upper arm, forearm, sign of outward on x
 _CONES = {0: 45.0, 3: 60.0, 6: 60.0, 4: 118.0, 7: 118.0}  # edge: largest angle in degrees from its middle direction
 _MIDDLES = skeleton.MEAN_UNIT.astype(float)
@@ -35,6 +37,9 @@ _GRID = np.linspace(0, 1, 21)[1:] ** 1.5
 _ATTEMPTS = 4
 _REACH = 5
 """Frames to either side over which a correction is first held and then eased out."""
+
+Check = Callable[[np.ndarray, float], np.ndarray]
+"""Which poses ``(...)`` are impossible: by the exact limits at a slack of 0, by slightly stricter ones at 1."""
 
 
 def backward_elbows(directions: np.ndarray) -> np.ndarray:
@@ -52,14 +57,17 @@ def penetration(directions: np.ndarray) -> np.ndarray:
     """Return the penetration ``(..., 2)`` of each arm's wrist and mid-forearm into the trunk: 0 outside, 1 on its axis.
 
     The trunk is an upright elliptic cylinder (half-axes 0.15 and 0.11 m) from 0.3 m under the spine joint to below the neck."""
-    steps = directions * skeleton.LENGTHS[:, None]
-    neck, elbows = steps[..., None, None, 0, :], steps[..., [3, 6], :] + steps[..., [4, 7], :]
-    wrists = elbows + steps[..., [5, 8], :]
-    probes = neck + np.stack([wrists, 0.5 * (elbows + wrists)], axis=-2)
-    from_axis = probes - 0.5 * neck
-    radius = np.hypot(from_axis[..., 0] / WIDTH, from_axis[..., 2] / DEPTH)
-    inside = (probes[..., 1] < 0.3) & (probes[..., 1] > neck[..., 1] + 0.04)
-    return np.where(inside, np.clip(1 - radius, 0, 1), 0).max(axis=-1)
+    return np.stack([_depth(side, directions) for side in (0, 1)], axis=-1)
+
+
+def _depth(side: int, directions: np.ndarray) -> np.ndarray:
+    """Return the penetration ``(...)`` of one arm."""
+    neck, shoulder, upper, fore = (directions[..., edge, :] * skeleton.LENGTHS[edge] for edge in (0, *_CHAINS[side]))
+    elbow = neck + shoulder + upper
+    probes = np.stack([elbow + fore, elbow + 0.5 * fore], axis=-2)
+    x, y, z = np.moveaxis(probes - 0.5 * neck[..., None, :], -1, 0)
+    inside = (y < 0.3 - 0.5 * neck[..., None, 1]) & (y > 0.5 * neck[..., None, 1] + 0.04)
+    return np.where(inside, np.clip(1 - np.hypot(x / WIDTH, z / DEPTH), 0, 1), 0).max(axis=-1)
 
 
 def wrist_distance(directions: np.ndarray) -> np.ndarray:
@@ -75,61 +83,57 @@ def enforce_limits(directions: np.ndarray) -> np.ndarray:
     within two thirds of a second. Afterwards no elbow bends backwards, penetration is below :data:`MAX_PENETRATION` and wrists
     are at least :data:`MIN_WRIST_DISTANCE`. All other frames stay unchanged, to the bit."""
     kept = _unit(directions)
+    failed = {check: check(kept, 0.0) for check in _CHECKS}
     for rule in _RULES:
-        kept = _obey(kept, rule)
+        kept = _obey(kept, failed, rule)
     return kept
 
 
 @dataclass(frozen=True)
 class _Rule:
-    """``wrong(directions, slack)`` returns which frames break the rule; their ``edges`` then move to ``goal(directions)``.
+    """Frames that fail one of the ``checks`` move their ``edges`` to ``goal(directions)``.
 
-    ``slack`` 0 tests the exact limits, 1 slightly stricter ones. ``goal`` returns ``(..., edges, 3)`` and must satisfy all
-    rules itself."""
+    ``goal`` returns ``(..., edges, 3)`` and must satisfy all rules itself."""
 
     edges: tuple[int, ...]
-    wrong: Callable[[np.ndarray, float], np.ndarray]
+    checks: tuple[Check, ...]
     goal: Callable[[np.ndarray], np.ndarray]
 
 
-def _obey(directions: np.ndarray, rule: _Rule) -> np.ndarray:
-    """Move the rule's edges towards its goal by the smallest amount with which no frame breaks the rule."""
-    result, need = directions, np.zeros(len(directions))
-    bad = np.flatnonzero(rule.wrong(result, 0.0))
-    if not bad.size:
-        return result
-    goal = rule.goal(directions)
-    attempt = 0
-    while (need[bad] < 1).any():
+def _obey(directions: np.ndarray, failed: dict[Check, np.ndarray], rule: _Rule) -> np.ndarray:
+    """Move the rule's edges towards its goal by the smallest amount with which no frame breaks the rule.
+
+    ``failed`` says which frames ``(frames,)`` fail each check, and is brought up to date for those that are moved."""
+    result, need, attempt = directions, np.zeros(len(directions)), 0
+    while (need[bad := np.flatnonzero(np.any([failed[check] for check in rule.checks], axis=0))] < 1).any():
         # The grid can miss violations between its points: frames that still fail finally move all the way.
-        share = _share_needed(directions[bad], goal[bad], rule) if attempt < _ATTEMPTS else 1.0
+        share = _share_needed(directions[bad], rule) if attempt < _ATTEMPTS else 1.0
         need[bad] = np.clip(np.maximum(need[bad] + 1e-3, share), 0, 1)
-        result = _moved(directions, goal, _envelope(need), rule.edges)
-        bad = np.flatnonzero(rule.wrong(result, 0.0))
+        moved = np.flatnonzero(weight := _envelope(need))
+        result = directions.copy()
+        result[moved] = _turned(directions[moved], weight[moved, None], rule)[:, 0]
+        for check, frames in failed.items():
+            frames[moved] = check(result[moved], 0.0)
         attempt += 1
     return result
 
 
-def _share_needed(directions: np.ndarray, goal: np.ndarray, rule: _Rule) -> np.ndarray:
+def _share_needed(directions: np.ndarray, rule: _Rule) -> np.ndarray:
     """Return the smallest share ``(frames,)`` of the way to the goal from which on the rule holds."""
-    count = len(directions)
-    tried = np.repeat(directions, len(_GRID), axis=0)
-    tried = _moved(tried, np.repeat(goal, len(_GRID), axis=0), np.tile(_GRID, count), rule.edges)
-    wrong = rule.wrong(tried, 1.0).reshape(count, len(_GRID))
+    tried = _turned(directions, _GRID[None], rule)
+    wrong = np.any([check(tried, 1.0) for check in rule.checks], axis=0)
     last = len(_GRID) - 1 - np.argmax(wrong[:, ::-1], axis=1)
     share = np.where(wrong.any(axis=1), _GRID[np.minimum(last + 1, len(_GRID) - 1)], _GRID[0])
     # Nearly opposite the goal, the path there flips from frame to frame; moving all the way hides the flip.
-    turn = np.degrees(rest.angle_between(directions[:, rule.edges], goal)).max(axis=1)
+    turn = np.degrees(rest.angle_between(directions[:, rule.edges], rule.goal(directions))).max(axis=1)
     return np.maximum(share, smoothstep(turn, 130, 170))
 
 
-def _moved(directions: np.ndarray, goal: np.ndarray, share: np.ndarray, edges: tuple[int, ...]) -> np.ndarray:
-    """Turn ``edges`` by ``share`` ``(frames,)`` towards ``goal``; frames of share 0 stay unchanged to the bit."""
-    here = np.flatnonzero(share)
-    result = directions.copy()
-    block = np.ix_(here, np.asarray(edges))
-    start = directions[block].astype(float)
-    result[block] = rest.slerp(start, goal[here], share[here, None])
+def _turned(directions: np.ndarray, shares: np.ndarray, rule: _Rule) -> np.ndarray:
+    """Return directions ``(frames, n, 9, 3)`` whose edges are turned by ``shares`` ``(frames or 1, n)`` of the way."""
+    result = np.repeat(directions[:, None], shares.shape[1], axis=1)
+    start, goal = directions[:, None, rule.edges].astype(float), rule.goal(directions)[:, None]
+    result[:, :, rule.edges] = rest.slerp(start, goal, shares[..., None])
     return result
 
 
@@ -141,21 +145,14 @@ def _envelope(need: np.ndarray) -> np.ndarray:
     return np.minimum(np.convolve(held, kernel / kernel.sum(), mode="valid"), 1.0)
 
 
-def _outside(edge: int) -> _Rule:
-    """Rule that turns an edge outside its cone back towards the middle of the cone."""
-
-    def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
-        return directions[..., edge, :] @ _MIDDLES[edge] < np.cos(np.radians(_CONES[edge] - slack))
-
-    return _Rule((edge,), wrong, lambda directions: np.broadcast_to(_MIDDLES[edge], (*directions.shape[:-2], 1, 3)))
+def _outside(edge: int) -> Check:
+    """Check whether an edge is outside its cone."""
+    return lambda directions, slack: directions[..., edge, :] @ _MIDDLES[edge] < np.cos(np.radians(_CONES[edge] - slack))
 
 
 def _bends(side: int) -> _Rule:
     """Rule that turns a backward-bent forearm towards a comfortable bend at the same upper arm."""
     upper, fore, _ = _SIDES[side]
-
-    def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
-        return _elbow_wrong(directions, side, slack)
 
     def goal(directions: np.ndarray) -> np.ndarray:
         # A hand in front of the chest, rotated from the middle of the shoulder's range: unlike the front of a hanging arm,
@@ -166,22 +163,13 @@ def _bends(side: int) -> _Rule:
         inward, outward = _limits(along)
         return _bent(along, front, inner, np.clip(turn, 20 - outward, inward - 20))[..., None, :]
 
-    return _Rule((fore,), wrong, goal)
+    return _Rule((fore,), (_ELBOW_CHECKS[side],), goal)
 
 
 def _leaves_trunk(sides: tuple[int, ...]) -> _Rule:
     """Rule that moves arms out of the trunk and out of each other: forward and outward at about the same height."""
     edges = tuple(edge for side in sides for edge in _SIDES[side][:2])
-
-    def wrong(directions: np.ndarray, slack: float) -> np.ndarray:
-        depth = penetration(directions)
-        result = np.zeros(directions.shape[:-2], bool)
-        for side in sides:
-            result |= (depth[..., side] >= MAX_PENETRATION * (1 - 0.4 * slack)) | _elbow_wrong(directions, side, slack)
-            result |= _outside(_SIDES[side][0]).wrong(directions, slack)
-        if len(sides) == 2:
-            result |= wrist_distance(directions) < MIN_WRIST_DISTANCE * (1 + 0.1 * slack)
-        return result
+    checks = [check for side in sides for check in (_TRUNK_CHECKS[side], _ELBOW_CHECKS[side], _CONE_CHECKS[_SIDES[side][0]])]
 
     def goal(directions: np.ndarray) -> np.ndarray:
         result = []
@@ -192,7 +180,7 @@ def _leaves_trunk(sides: tuple[int, ...]) -> _Rule:
             result.append(_level(np.minimum(low, 0.8 * directions[..., fore, 1]), 0.25 * outward))
         return np.stack(result, axis=-2)
 
-    return _Rule(edges, wrong, goal)
+    return _Rule(edges, (*checks, _wrists_meet) if len(sides) == 2 else tuple(checks), goal)
 
 
 def _level(y: np.ndarray, x: float) -> np.ndarray:
@@ -201,7 +189,17 @@ def _level(y: np.ndarray, x: float) -> np.ndarray:
     return np.stack([flat * x, y, flat * np.sqrt(1 - x * x)], axis=-1)
 
 
-def _elbow_wrong(directions: np.ndarray, side: int, slack: float) -> np.ndarray:
+def _in_trunk(side: int, directions: np.ndarray, slack: float) -> np.ndarray:
+    """Return whether an arm ``(...)`` is inside the trunk; slack makes the limit stricter by two fifths."""
+    return _depth(side, directions) >= MAX_PENETRATION * (1 - 0.4 * slack)
+
+
+def _wrists_meet(directions: np.ndarray, slack: float) -> np.ndarray:
+    """Return whether forearms ``(...)`` intersect at the wrists; slack makes the limit stricter by 5 mm."""
+    return wrist_distance(directions) < MIN_WRIST_DISTANCE * (1 + 0.1 * slack)
+
+
+def _elbow_wrong(side: int, directions: np.ndarray, slack: float) -> np.ndarray:
     """Return whether an elbow ``(...)`` bends backwards or too far; slack makes both limits stricter by two degrees."""
     upper, fore, _ = _SIDES[side]
     along = np.einsum("...i,...i->...", directions[..., upper, :], directions[..., fore, :])
@@ -264,4 +262,9 @@ def _unit(directions: np.ndarray) -> np.ndarray:
     return np.where(length > 1e-6, skeleton.normalize(directions), skeleton.MEAN_UNIT).astype(np.float32)
 
 
-_RULES = (*map(_outside, _CONES), _bends(0), _bends(1), _leaves_trunk((0,)), _leaves_trunk((1,)), _leaves_trunk((0, 1)))
+_CONE_CHECKS = {edge: _outside(edge) for edge in _CONES}
+_ELBOW_CHECKS, _TRUNK_CHECKS = ([partial(check, side) for side in (0, 1)] for check in (_elbow_wrong, _in_trunk))
+_CHECKS = (*_CONE_CHECKS.values(), *_ELBOW_CHECKS, *_TRUNK_CHECKS, _wrists_meet)
+_BACK = [_Rule((edge,), (check,), lambda _, middle=_MIDDLES[[edge]]: middle[None]) for edge, check in _CONE_CHECKS.items()]
+"""Turn an edge outside its cone back towards the middle of the cone."""
+_RULES = (*_BACK, _bends(0), _bends(1), *map(_leaves_trunk, ((0,), (1,), (0, 1))))

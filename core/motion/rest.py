@@ -32,7 +32,7 @@ def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray | float) -> np.n
     along = np.einsum("...i,...i->...", start, end)[..., None]
     across = end - along * start
     length = skeleton.length(across)[..., None]
-    across = np.divide(across, length, out=np.zeros_like(across), where=length > np.where(along > 0, 0, 1e-6))
+    across = across / np.where(length > np.where(along > 0, 0, 1e-6), length, np.inf)
     turn = np.arctan2(length, along) * np.asarray(share)[..., None]
     return skeleton.normalize(np.cos(turn) * start + np.sin(turn) * across)
 

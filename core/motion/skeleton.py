@@ -67,8 +67,8 @@ def length(vectors: np.ndarray) -> np.ndarray:
 def normalize(vectors: np.ndarray) -> np.ndarray:
     """Scale vectors along the last axis to unit length; zero vectors stay zero."""
     vectors = np.asarray(vectors)
-    far, result = length(vectors)[..., None], np.zeros_like(vectors, dtype=np.result_type(vectors, np.float32))
-    return np.divide(vectors, far, out=result, where=far > 0)
+    far = length(vectors)[..., None]
+    return vectors / np.where(far > 0, far, far.dtype.type(1))
 
 
 MEAN_UNIT = normalize(MEAN)
@@ -90,11 +90,11 @@ def to_positions(directions: np.ndarray, lengths: np.ndarray = LENGTHS) -> np.nd
     """Return joint positions ``(..., 10, 3)`` of directions ``(..., 9, 3)``, with the spine at the origin (paper eq. 11).
 
     Directions are normalised first, so bone lengths hold for any input; ``lengths`` are metres."""
-    steps = normalize(directions) * np.asarray(lengths)[:, None]
-    positions = np.zeros((*steps.shape[:-2], len(JOINTS), 3), steps.dtype)
-    for edge, (parent, child) in enumerate(EDGES):
-        positions[..., child, :] = positions[..., parent, :] + steps[..., edge, :]
-    return positions
+    steps = np.moveaxis(normalize(directions) * np.asarray(lengths)[:, None], -2, 0)
+    positions = np.zeros((len(JOINTS), *steps.shape[1:]), steps.dtype)
+    for step, (parent, child) in zip(steps, EDGES, strict=True):
+        np.add(positions[parent], step, out=positions[child])
+    return np.moveaxis(positions, 0, -2)
 
 
 def bent_limb(reach: np.ndarray, joint: np.ndarray, upper: float, lower: float, most: float) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import json_text, styles
 from ..declaration import KINDS
-from ..errors import SampleUnreadable, UsageError
+from ..errors import S2agError, UsageError
 from ..files import atomic_file
 from ..model.checkpoint_metadata import describe
 from ..motion.motion import Motion
@@ -23,6 +23,10 @@ MAX_CELLS = 10_000
 SHARED = {name: table(Settings)[name] for name in names_with(cell="sheet")}
 """Settings that are the same in all cells of a sheet."""
 _REMEDY = "Make one with: s2ag sample AUDIO -o SHEET.mp4"
+
+
+class SampleUnreadable(S2agError):
+    """A sample sheet cannot be read, or lacks the requested cell."""
 
 
 @dataclass(frozen=True)

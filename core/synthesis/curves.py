@@ -37,8 +37,13 @@ def following(request: Settings, heard: np.ndarray | None, frames: int, rate: fl
     if heard is None or not request.follow:
         return {}
     at, own = np.arange(frames) / rate, np.arange(len(heard)) / skeleton.FPS
-    columns = zip(AFFECTS, request.follow * np.minimum(heard * FOLLOWED, MOST).T, strict=True)
+    columns = zip(AFFECTS, shown(heard, request.follow).T, strict=True)
     return {name: np.interp(at, own, track) for name, track in columns if name not in request.curves}
+
+
+def shown(heard: np.ndarray, follow: float) -> np.ndarray:
+    """Return what a body shows of affects that are ``heard`` ``(n, 3)``, of a performer who follows the voice so far."""
+    return follow * np.minimum(heard * FOLLOWED, MOST)
 
 
 def has_control_curves(request: Settings) -> bool:

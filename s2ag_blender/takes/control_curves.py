@@ -11,7 +11,7 @@ from ...core.errors import UnknownStyle
 from ...core.motion import skeleton
 from ...core.motion.interpolation import simplify_polyline
 from ...core.settings import AFFECTS, CURVES
-from ...core.synthesis.curves import FOLLOWED, MOST
+from ...core.synthesis import curves
 from .. import compat, provenance
 from ..datablocks import ArmatureObject, Bag
 from ..keys import layers
@@ -92,11 +92,10 @@ def heard_affect(action: bpy.types.Action | None, scene: bpy.types.Scene) -> tup
     take that listens or heard nothing."""
     meta = provenance.read(action) or {}
     try:
-        tracks = {name: np.array(meta["heard"][name], float) for name in AFFECTS if not meta.get("listen")}
-        frames = timing.clock_of(meta, scene_fps(scene)).frame(HEARD_STEP * np.arange(len(tracks[AFFECTS[0]])))
-        shown, follow = zip(tracks.items(), FOLLOWED, MOST, strict=True), float(meta.get("follow", 1.0))
-        heard = {name: follow * np.minimum(share * track, most) for (name, track), share, most in shown}
-        together = {name: np.clip(float(meta["affect"].get(name, 0.0)) + heard[name] + 0 * frames, -1, 1) for name in AFFECTS}
+        heard = np.array([meta["heard"][name] for name in AFFECTS if not meta.get("listen")], float).T
+        frames = timing.clock_of(meta, scene_fps(scene)).frame(HEARD_STEP * np.arange(len(heard)))
+        follows = zip(AFFECTS, curves.shown(heard, float(meta.get("follow", 1.0))).T, strict=True)
+        together = {name: np.clip(float(meta["affect"].get(name, 0.0)) + track, -1, 1) for name, track in follows}
     except (KeyError, TypeError, ValueError, AttributeError):
         return np.zeros(0), {}
     return (frames, together) if frames.size and np.isfinite(list(together.values())).all() else (np.zeros(0), {})

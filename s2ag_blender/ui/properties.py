@@ -128,21 +128,13 @@ class S2AG_Settings(SettingProperties, bpy.types.PropertyGroup):
         type=bpy.types.Text, name="Text Block", description="Text with the words of the recording", override=EDITABLE
     )
     style_pick: bpy.props.EnumProperty(
-        name="Style",
-        description="Whose manner of gesturing to take on",
-        items=menu_items.style_items,
-        get=menu_items.get_style,
-        set=menu_items.set_style,
-        options={"SKIP_SAVE"},
-    )
+        name="Style", description="Whose manner of gesturing to take on", options={"SKIP_SAVE"},
+        items=menu_items.style_items, get=menu_items.get_style, set=menu_items.set_style,
+    )  # fmt: skip
     style_second_pick: bpy.props.EnumProperty(
-        name="Blend With",
-        description="A second style to blend in",
-        items=menu_items.second_items,
-        get=menu_items.get_second,
-        set=menu_items.set_second,
-        options={"SKIP_SAVE"},
-    )
+        name="Blend With", description="A second style to blend in", options={"SKIP_SAVE"},
+        items=menu_items.second_items, get=menu_items.get_second, set=menu_items.set_second,
+    )  # fmt: skip
     partner: bpy.props.PointerProperty(
         type=bpy.types.Object, name="Talks With", override=EDITABLE, update=update_preview,
         description="Another character, or what stands for one: it is looked at, and listened to while it speaks",

@@ -96,13 +96,9 @@ class S2AG_OT_vary(OfTake, bpy.types.Operator):
     bl_label = "Variations"
 
     spread: bpy.props.FloatProperty(
-        name="Spread",
-        description="How far variations go, as a share of how far takes differ",
-        default=0.3,
-        min=0.05,
-        max=1.0,
-        subtype="FACTOR",
-    )
+        name="Spread", description="How far variations go, as a share of how far takes differ",
+        default=0.3, min=0.05, max=1.0, subtype="FACTOR",
+    )  # fmt: skip
     count: bpy.props.IntProperty(name="Variations", description="How many variations to make", default=3, min=1, max=15)
 
     def planned(self, context: Context, armature: ArmatureObject) -> "generate.Plan":

@@ -34,6 +34,16 @@ def test_parts_may_be_shared_out_again(cores):
     assert threads.parallel_map(inner, range(40)) == [part * (part - 1) // 2 for part in range(40)]
 
 
+def test_who_has_a_part_knows_whether_the_others_have_one_too(cores):
+    assert not threads.all_busy()
+    within = lambda: threads.parallel_map(lambda _: threads.all_busy(), [0])[0]  # noqa: E731
+    busy = threads.parallel_map(lambda _: (threads.all_busy(), within()), range(7))
+    whole = 7 // cores * cores  # of the seventh part three threads have nothing
+    assert busy == [(number < whole, number < whole or cores == 1) for number in range(7)]
+    assert threads.parallel_map(lambda _: threads.all_busy(), range(40), 2) == [cores == 1 or cores == 2] * 40
+    assert not threads.all_busy()
+
+
 def test_no_more_at_once_than_asked(cores):
     at_once, most, lock = [0], [0], threading.Lock()
 

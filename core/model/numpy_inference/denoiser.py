@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...threads import parallel_map
+from ...threads import all_busy, parallel_map
 from ..config import ModelConfig
 from .layers import Convolution, Linear, Norm, Weights, normalize_channels, pad, product, silu
 
 _FREQUENCIES = 32
-_PIECE_TOKENS = 512
-"""Most tokens of a piece, a minute: large enough that threads seldom wait for one another, small enough for caches."""
+_PIECE_TOKENS = 512, 1024
+"""Most tokens of a piece, a minute or two: large enough that threads seldom wait for one another, small enough for caches. The
+second where all threads have a take to draw, and pieces only part its work."""
 
 Film = tuple[np.ndarray, np.ndarray]
 """Scale and shift of a block (feature-wise linear modulation)."""
@@ -32,12 +33,12 @@ class TimeModulation(NamedTuple):
 
 
 class Buffers:
-    """Buffers in which all velocities of a take are computed, and its pieces of tokens, the same for any number of threads.
+    """Buffers in which all velocities of a take are computed, and its pieces of tokens, which change rounding at most.
 
     ``hidden``: two with ``edge`` tokens of zeros at both ends; ``narrow`` and ``wide``: two temporary ones of each size."""
 
     def __init__(self, tokens: int, size: int, wide: int, edge: int):
-        count = max(-(-tokens // _PIECE_TOKENS), 1)
+        count = max(-(-tokens // _PIECE_TOKENS[all_busy()]), 1)
         bounds = [round(tokens * number / count) for number in range(count + 1)]
         self.pieces = [slice(*pair) for pair in zip(bounds, bounds[1:], strict=False)]
         self.edge = edge

@@ -11,7 +11,7 @@ from .body import Body, Correction
 _WRIST, _TURN = 2.7, np.radians(360.0)
 """Metres a second of a wrist, and radians a second of its upper arm or forearm: captured talk passes neither, in 148 s it has
 2.67 and 340 degrees at most."""
-_WIDTHS = np.array([0.0, 0.05, 0.075, 0.1, 0.14, 0.2, 0.3])
+_WIDTHS = 0.05, 0.075, 0.1, 0.14, 0.2, 0.3
 """Standard deviations in seconds of smoothings, of which the lightest that is slow enough is taken: from one that takes a sixth
 off a quick beat (2 Hz) to one that leaves nothing of it."""
 _AROUND, _EASE = 4, 0.1
@@ -24,15 +24,20 @@ def speed_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
         return
     carried = np.stack([arm.shoulder for arm in body.arms], 1)
     for side, arm in enumerate(body.arms):
-        if not _too_fast(arm.pair, carried[:, side]).any():
+        steps, wrong = [arm.pair], [_too_fast(arm.pair, carried[:, side])]
+        if not wrong[0].any():
             continue
-        steps = np.stack([arm.pair, *(skeleton.normalize(gaussian(arm.pair, width * skeleton.FPS)) for width in _WIDTHS[1:])])
-        wrong = np.stack([_too_fast(step, carried[:, side]) for step in steps])
-        need = np.where(wrong.all(0), len(steps) - 1, wrong.argmin(0)).astype(float)
+        for width in _WIDTHS:
+            if not np.all(wrong, 0).any():
+                break
+            steps.append(skeleton.normalize(gaussian(arm.pair, width * skeleton.FPS)))
+            wrong.append(_too_fast(steps[-1], carried[:, side]))
+        need = np.where(np.all(wrong, 0), len(steps) - 1, np.argmin(wrong, 0)).astype(float)
         level = free * gaussian(running_maximum(need, _AROUND, _AROUND), _EASE * skeleton.FPS)
         here = np.flatnonzero(level)
         low = np.minimum(level[here].astype(int), len(steps) - 2)
-        yield Correction(arm.edges, rest.slerp(steps[low, here], steps[low + 1, here], (level[here] - low)[:, None]), here)
+        start, end = (np.stack(steps)[number, here] for number in (low, low + 1))
+        yield Correction(arm.edges, rest.slerp(start, end, (level[here] - low)[:, None]), here)
 
 
 def _too_fast(pair: np.ndarray, shoulder: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ import json
 
 import pytest
 from s2ag.core.batch import checks, clip, manifest
-from s2ag.core.errors import ManifestUnusable, UsageError
+from s2ag.core.errors import UsageError
 
 
 @pytest.fixture
@@ -71,13 +71,13 @@ def test_unknown_columns_and_no_json(written, text):
 
 
 def test_what_cannot_be_read_at_all(written, tmp_path):
-    with pytest.raises(ManifestUnusable, match="column audio"):
+    with pytest.raises(manifest.ManifestUnusable, match="column audio"):
         written("sound\nhello.flac\n")
-    with pytest.raises(ManifestUnusable, match="no clips"):
+    with pytest.raises(manifest.ManifestUnusable, match="no clips"):
         written("audio\n")
-    with pytest.raises(ManifestUnusable, match="cannot be read"):
+    with pytest.raises(manifest.ManifestUnusable, match="cannot be read"):
         manifest.read(tmp_path / "gone.csv")
-    with pytest.raises(ManifestUnusable, match="not a manifest"):
+    with pytest.raises(manifest.ManifestUnusable, match="not a manifest"):
         manifest.read(tmp_path / "hello.flac")
 
 

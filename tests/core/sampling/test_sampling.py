@@ -7,7 +7,7 @@ import pytest
 from rounding import bound, bound_of
 from s2ag.core import styles
 from s2ag.core.cli.main import main
-from s2ag.core.errors import SampleUnreadable, UsageError
+from s2ag.core.errors import UsageError
 from s2ag.core.model import loading
 from s2ag.core.motion.motion import Motion
 from s2ag.core.sampling import sheet as sheets
@@ -101,7 +101,7 @@ def test_a_cell_of_another_checkpoint_is_refused(sampled, tmp_path, capsys, plai
 def test_what_is_no_sample_says_so(tmp_path):
     for content in ("{", "[]", '{"format": 9}', '{"format": 1, "cells": [{}]}'):
         (tmp_path / "a.json").write_text(content)
-        with pytest.raises(SampleUnreadable):
+        with pytest.raises(sheets.SampleUnreadable):
             sheets.Sheet.load(tmp_path / "a.json")
 
 
