@@ -65,7 +65,7 @@ def generate(
     poses = [pose for one in cast for pose in [one.rest(heard.frames)] * len(one.latents)]
     kept = [frames for one in cast for frames in [one.given(heard.frames).frames] * len(one.latents)]
     calm = [rest.remove_jitter(*each) for each in zip(drawn, kept, strict=True)]
-    arms = [rest.scale_amplitude(one, SIZE, pose) for one, pose in zip(calm, poses, strict=True)]
+    arms = [rest.raise_head(rest.scale_amplitude(one, SIZE, pose)) for one, pose in zip(calm, poses, strict=True)]
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
     return GeneratedTakes(np.stack(arms), [rest.remove_jitter_of_numbers(*each) for each in zip(extras, kept, strict=True)])

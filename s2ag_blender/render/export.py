@@ -69,30 +69,19 @@ def portable_sound(sound: bpy.types.Sound, folder: str | Path) -> Iterator[None]
 
 def _bvh(scene: bpy.types.Scene, character: Character, path: Path) -> None:
     bpy.ops.export_anim.bvh(
-        filepath=str(path),
-        check_existing=False,
-        frame_start=scene.frame_start,
-        frame_end=scene.frame_end,
-        rotate_mode="NATIVE",
-        root_transform_only=True,
-    )
+        filepath=str(path), check_existing=False, frame_start=scene.frame_start, frame_end=scene.frame_end,
+        rotate_mode="NATIVE", root_transform_only=True,
+    )  # fmt: skip
 
 
 def _fbx(scene: bpy.types.Scene, character: Character, path: Path) -> None:
     with _renamed(scene, animation_name(character.armature)):
         bpy.ops.export_scene.fbx(
-            filepath=str(path),
-            check_existing=False,
-            use_selection=True,
-            object_types={"ARMATURE", "MESH"},
-            add_leaf_bones=False,
-            bake_anim_use_nla_strips=False,
-            bake_anim_use_all_actions=False,
-            bake_anim_force_startend_keying=True,
-            bake_anim_simplify_factor=0.0,
-            path_mode="COPY",
-            embed_textures=True,
-        )
+            filepath=str(path), check_existing=False, use_selection=True, object_types={"ARMATURE", "MESH"},
+            add_leaf_bones=False, path_mode="COPY", embed_textures=True,
+            bake_anim_use_nla_strips=False, bake_anim_use_all_actions=False,
+            bake_anim_force_startend_keying=True, bake_anim_simplify_factor=0.0,
+        )  # fmt: skip
 
 
 @contextlib.contextmanager
@@ -110,18 +99,12 @@ def _renamed(scene: bpy.types.Scene, name: str) -> Iterator[None]:
 
 def _glb(scene: bpy.types.Scene, character: Character, path: Path) -> None:
     bpy.ops.export_scene.gltf(
-        filepath=str(path),
-        check_existing=False,
-        export_format="GLB",
-        use_selection=True,
+        filepath=str(path), check_existing=False, export_format="GLB", use_selection=True, export_yup=True,
         export_animation_mode="ACTIVE_ACTIONS",
         export_anim_single_armature=False,  # Blender 4.2 would mix in all actions that fit the armature
         export_nla_strips_merged_animation_name=animation_name(character.armature),
-        export_frame_range=True,
-        export_force_sampling=True,
-        export_anim_slide_to_zero=True,
-        export_yup=True,
-    )
+        export_frame_range=True, export_force_sampling=True, export_anim_slide_to_zero=True,
+    )  # fmt: skip
 
 
 def _usd(scene: bpy.types.Scene, character: Character, path: Path) -> None:

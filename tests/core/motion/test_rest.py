@@ -99,3 +99,29 @@ def test_near_directions_are_told_apart_as_finely_as_far_ones(away):
     np.testing.assert_allclose(rest.slerp(start, end, 1.0), end, atol=rounding)
     half = rest.angle_between(start, rest.slerp(start, end, np.full(1000, 0.5)))
     np.testing.assert_allclose(half, 0.5 * away, rtol=rounding, atol=rounding)
+
+
+def tilts(motion):
+    """Degrees by which necks tilt ahead."""
+    return np.degrees(np.arctan2(motion[:, 1, 2], -motion[:, 1, 1]))
+
+
+def bowed(degrees):
+    """Somebody at rest whose neck tilts ahead by ``degrees`` ``(frames,)``."""
+    pose = np.repeat(rest.REST[None].astype(np.float32), len(degrees), axis=0)
+    pose[:, 1] = np.stack([0 * degrees, -np.cos(np.radians(degrees)), np.sin(np.radians(degrees))], axis=1)
+    return pose
+
+
+def test_a_head_that_hangs_is_raised_with_its_nods_and_others_stay():
+    time = np.arange(150) / FPS
+    nods = 5 * np.sin(2 * np.pi * 1.5 * time)
+    made = rest.raise_head(pose := bowed(60 + nods))
+    assert tilts(made).mean() == pytest.approx(60 - 26**2 / (26 + 8), abs=0.5) and tilts(made).max() < 34 + 8 + 6
+    np.testing.assert_allclose((tilts(made) - tilts(made).mean())[30:-30], nods[30:-30], atol=0.7)
+    turned = angles(made[:, [1, 2]], pose[:, [1, 2]])
+    np.testing.assert_allclose(turned[:, 0], turned[:, 1], atol=0.1)  # the head goes with its neck
+    np.testing.assert_array_equal(np.delete(made, [1, 2], axis=1), np.delete(pose, [1, 2], axis=1))
+    np.testing.assert_array_equal(rest.raise_head(bowed(27 + nods)), bowed(27 + nods))
+    brief = bowed(np.where(np.abs(time - 5) < 0.3, 50.0, 25.0))
+    np.testing.assert_array_equal(rest.raise_head(brief), brief)  # somebody looks down for a moment
