@@ -23,8 +23,8 @@ _CHANCE = np.array([1.0, 0.7, 0.7, 1.05, 1.03, 1.03, 1.05, 1.03, 1.03, 1.0])
 _BANDS, _LED = np.array([1.4, 2.42]), np.array([1.0, 0.46])
 """... and of an arm in each band (:func:`noise.in_bands`): people stay longer and beat more where their hands live. In which
 band how much of it depends on the hand that leads: the other one beats, too."""
-_OPEN = np.array([0.7, 0.0])
-"""... and by how much it is less at a valence of 1: open arms tell joy, and chance would hide them."""
+_OPEN = np.array([0.35, 0.0])
+"""... and by how much it is less at a valence of 1: chance hides open arms, which tell joy; without it lines begin alike."""
 _FOLLOWED = (*accent_selection.CONTROLS, _VALENCE := "valence")
 
 
