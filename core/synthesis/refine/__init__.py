@@ -40,10 +40,12 @@ def refine(directions: np.ndarray, kept: constraints.KeptFrames | None = None, r
     Frames that are ``kept`` are put in, and led to; rules set in beside them (:func:`constraints.freedom`)."""
     result = np.array(directions, np.float32)
     free = constraints.freedom(len(result), () if kept is None else kept.frames)
+    body = Body(result)
     for rule in rules:
-        body, result = Body(result), result.copy()
+        result = body.directions.copy()
         for correction in rule(body, free):
             rows, edges = np.arange(len(result))[correction.frames], np.array(correction.edges)
             seen = np.abs(correction.directions - result[np.ix_(rows, edges)]).max(axis=(1, 2)) > _LEAST
             result[np.ix_(rows[seen], edges)] = correction.directions[seen]
+        body = body if np.array_equal(result, body.directions) else Body(result)
     return result if kept is None else constraints.keep_frames(result, kept)
