@@ -25,6 +25,12 @@ def smoothstep(x: np.ndarray, low: float = 0.0, high: float = 1.0) -> np.ndarray
     return t * t * (3.0 - 2.0 * t)
 
 
+def bounded(excess: np.ndarray, width: float) -> np.ndarray:
+    """What must be taken away so that of an ``excess`` above 0 less than ``width`` remains, setting in softly."""
+    over = np.maximum(excess, 0)
+    return over**2 / (over + width)
+
+
 def simplify_polyline(values: np.ndarray, straight: float) -> np.ndarray:
     """Return the indices of a polyline that approximates ``values`` within ``straight`` (Ramer-Douglas-Peucker).
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..smoothing import gaussian
 from . import skeleton
-from .interpolation import true_runs
+from .interpolation import bounded, true_runs
 from .skeleton import REST
 
 SETTLE_AFTER = 0.5  # seconds of silence before the hands start to sink
@@ -115,8 +115,7 @@ def scale_amplitude(directions: np.ndarray, intensity: float | np.ndarray, pose:
 def raise_head(directions: np.ndarray) -> np.ndarray:
     """Raise heads of directions ``(frames, 9, 3)`` that hang, by what they do in the mean of seconds: nods and glances stay."""
     below, ahead = gaussian(directions[:, 1, 1:], _LONG * skeleton.FPS).T
-    over = np.maximum(np.arctan2(ahead, -below) - _BOWED, 0)
-    back = (over**2 / (over + _DEEPER))[:, None]
+    back = bounded(np.arctan2(ahead, -below) - _BOWED, _DEEPER)[:, None]
     x, y, z = np.moveaxis(directions[:, _HEAD].astype(float), -1, 0)
     result = directions.copy()
     result[:, _HEAD] = np.stack([x, y * np.cos(back) - z * np.sin(back), z * np.cos(back) + y * np.sin(back)], axis=-1)

@@ -94,9 +94,3 @@ def outwards(aside: np.ndarray, ahead: np.ndarray, wanted: np.ndarray) -> np.nda
     """Radians by which what is so far aside and ahead of a shoulder turns to be ``wanted`` metres aside."""
     reach = np.maximum(np.hypot(aside, ahead), 1e-6)
     return np.subtract(*(np.arcsin(np.clip(place / reach, -_MAX_SINE, _MAX_SINE)) for place in (wanted, aside)))
-
-
-def bounded(excess: np.ndarray, width: float) -> np.ndarray:
-    """What must be taken away so that of an ``excess`` above 0 less than ``width`` remains, setting in softly."""
-    over = np.maximum(excess, 0)
-    return over**2 / (over + width)

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...motion import skeleton
+from ...motion.interpolation import bounded
 from ...smoothing import gaussian, running_maximum
-from .body import Body, Correction, bounded, dot
+from .body import Body, Correction, dot
 
 _HIGH, _SOFT = 0.22, 0.06
 """Metres below the shoulder above which an elbow is too high, and over which that sets in: 0.16 m are left, which is the 0.1

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...motion import skeleton
-from ...motion.interpolation import smoothstep
+from ...motion.interpolation import bounded, smoothstep
 from ...smoothing import gaussian
-from .body import Body, Correction, bounded, dot
+from .body import Body, Correction, dot
 
 _ACROSS, _ASIDE = 0.1, 0.45
 """Metres of a wrist beyond the body's middle, and away from its own shoulder, which none passes; six and ten more than 98 % of

@@ -36,7 +36,8 @@ def speed_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
         level = free * gaussian(running_maximum(need, _AROUND, _AROUND), _EASE * skeleton.FPS)
         here = np.flatnonzero(level)
         low = np.minimum(level[here].astype(int), len(steps) - 2)
-        start, end = (np.stack(steps)[number, here] for number in (low, low + 1))
+        smooth = np.stack(steps)
+        start, end = (smooth[number, here] for number in (low, low + 1))
         yield Correction(arm.edges, rest.slerp(start, end, (level[here] - low)[:, None]), here)
 
 
