@@ -9,7 +9,7 @@ from ..motion.hands import Hands
 from ..motion.interpolation import ramp
 from .gesture_selection import ScheduledGesture
 
-_HEAD, _TRUNK = (1, 2), (3, 6)
+_TRUNK = 3, 6
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _SHAKES, _SHAKE_SECONDS = 2.0, 1.1
 """Number of cycles of a head shake, and its duration."""
@@ -79,7 +79,7 @@ def _arm(item: ScheduledGesture, time: np.ndarray, arm: int) -> np.ndarray:
     path = gesture.path if gesture.other is None or arm == _leading(item) else gesture.other
     swing = ramp(time, item.ready - 0.1, item.lands) - _SINK * ramp(time, item.lands, max(item.until, item.lands + 0.3))
     poses = _along(path, swing)
-    return rotate_about_axis(poses, 1, np.full(len(time), item.across)) if item.across else poses
+    return skeleton.rotate_about_axis(poses, 1, np.full(len(time), item.across)) if item.across else poses
 
 
 def _along(path: np.ndarray, share: np.ndarray) -> np.ndarray:
@@ -96,13 +96,13 @@ def _move_body(part: np.ndarray, item: ScheduledGesture, arms: tuple[bool, bool]
     gesture, side = item.gesture, float(arms[1]) - float(arms[0])
     landed = weight * ramp(time, item.ready - 0.15, item.lands + 0.1)
     for edge, sign in zip(_TRUNK, (-1, 1), strict=True):
-        part[:, edge] = rotate_about_axis(part[:, edge], 2, -sign * gesture.shoulders * landed)
+        part[:, edge] = skeleton.rotate_about_axis(part[:, edge], 2, -sign * gesture.shoulders * landed)
     phase = np.clip((time - item.lands + 0.3) / _SHAKE_SECONDS, 0, 1)
     shaken = gesture.shake * np.sin(2 * np.pi * _SHAKES * phase) * np.sin(np.pi * phase)
     yaw = shaken + gesture.turn * side * landed
     roll = (side or 1.0) * gesture.tilt * landed + _ROLL * shaken
-    for edge in _HEAD:
-        part[:, edge] = rotate_about_axis(rotate_about_axis(part[:, edge], 2, roll), 1, yaw)
+    for edge in skeleton.HEAD:
+        part[:, edge] = skeleton.rotate_about_axis(skeleton.rotate_about_axis(part[:, edge], 2, roll), 1, yaw)
 
 
 def blend_hands(performed: Hands, shown: Sequence[ScheduledGesture], which: Sequence[tuple[bool, bool]]) -> Hands:
@@ -137,13 +137,3 @@ def blend_hands(performed: Hands, shown: Sequence[ScheduledGesture], which: Sequ
                 wanted = np.stack([np.interp(share, way, column) for column in fingers.T], -1)
                 shape[:, arm] += (weight if len(fingers) > 1 else shown_from) * (wanted - shape[:, arm])
     return Hands.of(knuckles, palms, shape)
-
-
-def rotate_about_axis(vectors: np.ndarray, axis: int, degrees: np.ndarray) -> np.ndarray:
-    """Rotate vectors ``(frames, ..., 3)`` about a coordinate axis by angles ``(frames,)`` in degrees."""
-    angle = np.radians(degrees).reshape(-1, *[1] * (vectors.ndim - 2))
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    result = vectors.copy()
-    result[..., u] = np.cos(angle) * vectors[..., u] - np.sin(angle) * vectors[..., v]
-    result[..., v] = np.sin(angle) * vectors[..., u] + np.cos(angle) * vectors[..., v]
-    return result

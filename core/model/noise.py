@@ -15,6 +15,9 @@ _ARMS = np.concatenate([3 * edge + np.arange(3) for arm in ARMS for edge in arm]
 _BANDS = (2.3, 0.28, 0.115)
 """Seconds: standard deviations of the Gaussians that leave an arm's numbers below 0.06 and between 0.5 and 1.15 Hz. Above there
 are none: with them hands tremble more than people's. Between, hands get about by what they hear."""
+_OPENS, _FIRST = 0.3, 3.7
+"""Shares of chance in how far both arms are open, which mood tells, and how far from the usual a take begins, as a multiple of
+later: a short line is but a beginning, and the next one is to begin elsewhere."""
 BEYOND = math.ceil(4 * _BANDS[0] * FPS)
 """Frames to each side on which a number in bands depends."""
 _BLOCK = 256
@@ -40,14 +43,25 @@ def noise(
     return numbers
 
 
-def in_bands(numbers: np.ndarray, scale: np.ndarray) -> np.ndarray:
+def in_bands(numbers: np.ndarray, scale: np.ndarray, first: int = 0) -> np.ndarray:
     """Scale numbers ``(frames, size)`` by ``(frames, size, 2)`` in two bands of time: where hands live, and beats, which go to
-    and fro. Bands are split for arms alone; all else has the second scale."""
+    and fro. Bands are split for arms alone; all else has the second scale. They are of a take's frames from ``first`` on."""
     result, own = numbers * scale[..., 1], numbers[:, _ARMS]
     place, slower, beats = (gaussian(own, seconds * FPS).astype(np.float32) for seconds in _BANDS)
-    bands = np.stack([place, _to_and_fro(beats - slower, place)], axis=-1)
+    bands = np.stack([_places(place, first), _to_and_fro(beats - slower, place)], axis=-1)
     result[:, _ARMS] = (bands * scale[:, _ARMS]).sum(-1)
     return result
+
+
+def _places(slow: np.ndarray, first: int) -> np.ndarray:
+    """Let less of slow numbers ``(frames, 12)`` open both arms, and put each arm's equally far from the usual at the start."""
+    arms = slow.reshape(len(slow), len(ARMS), -1, 3).copy()
+    arms[..., 0] += 0.5 * (1 - _OPENS) * (arms[:, ::-1, :, 0] - arms[..., 0])
+    begins = np.exp(-0.5 * (np.arange(first, first + len(slow)) / (_BANDS[0] * FPS)) ** 2)[:, None]
+    length = np.maximum(np.linalg.norm(arms, axis=(2, 3)), 1e-6)
+    usual = math.sqrt(arms[0, 0].size / (2 * math.sqrt(math.pi) * _BANDS[0] * FPS))  # of so much white noise, smoothed
+    far = (usual * (1 + (_FIRST - 1) * begins) / length) ** begins
+    return (arms * far[..., None, None]).reshape(slow.shape).astype(np.float32)
 
 
 def _to_and_fro(beats: np.ndarray, slow: np.ndarray) -> np.ndarray:

@@ -16,9 +16,9 @@ RAISE_TIME = 0.5  # seconds before speech in which control returns to the networ
 _STEADY = np.array([-1, 4, 10, 4, -1]) / 16
 """Weights of five frames: flat up to beats (0.97 at 2 Hz, 0.88 at 3 Hz), nothing of what trembles from frame to frame."""
 _MAX_ANGLE = np.radians(170)  # from rest; beyond it interpolation to rest could flip direction
-_HEAD, _BOWED, _DEEPER, _LONG = [1, 2], *np.radians([34, 8]), 1.0
-"""Edges of the head; radians of a neck's tilt from which on it hangs and less than which more is left, and seconds over which
-it does: captured necks tilt by less than 30 to 40 degrees in nine tenths of the time, by 35 to 44 in 98 of a hundred."""
+_BOWED, _DEEPER, _LONG = 34.0, 8.0, 1.0
+"""Degrees of a neck's tilt from which on it hangs and less than which more is left, and seconds over which it does: captured
+necks tilt by less than 30 to 40 degrees in nine tenths of the time, by 35 to 44 in 98 of a hundred."""
 
 # Amplitudes by edge, in radians: breathing (front-back, up-down) and swaying (side, front).
 _BREATH = np.array([0.006, 0.004, 0.004, 0.012, 0.004, 0.005, 0.012, 0.004, 0.005])
@@ -115,10 +115,9 @@ def scale_amplitude(directions: np.ndarray, intensity: float | np.ndarray, pose:
 def raise_head(directions: np.ndarray) -> np.ndarray:
     """Raise heads of directions ``(frames, 9, 3)`` that hang, by what they do in the mean of seconds: nods and glances stay."""
     below, ahead = gaussian(directions[:, 1, 1:], _LONG * skeleton.FPS).T
-    back = bounded(np.arctan2(ahead, -below) - _BOWED, _DEEPER)[:, None]
-    x, y, z = np.moveaxis(directions[:, _HEAD].astype(float), -1, 0)
+    back = bounded(np.degrees(np.arctan2(ahead, -below)) - _BOWED, _DEEPER)
     result = directions.copy()
-    result[:, _HEAD] = np.stack([x, y * np.cos(back) - z * np.sin(back), z * np.cos(back) + y * np.sin(back)], axis=-1)
+    result[:, skeleton.HEAD] = skeleton.rotate_about_axis(directions[:, skeleton.HEAD].astype(float), 0, back)
     return result
 
 

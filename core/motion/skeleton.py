@@ -7,33 +7,20 @@ joint. Arrays end in ``(9, 3)`` for directions and ``(10, 3)`` for positions; an
 import numpy as np
 
 JOINTS = (
-    "spine",
-    "neck",
-    "nose",
-    "head",
-    "left_shoulder",
-    "left_elbow",
-    "left_wrist",
-    "right_shoulder",
-    "right_elbow",
-    "right_wrist",
-)
+    "spine", "neck", "nose", "head",
+    "left_shoulder", "left_elbow", "left_wrist", "right_shoulder", "right_elbow", "right_wrist",
+)  # fmt: skip
 EDGES = ((0, 1), (1, 2), (2, 3), (1, 4), (4, 5), (5, 6), (1, 7), (7, 8), (8, 9))
 EDGE_NAMES = (
-    "torso",
-    "neck",
-    "head",
-    "left_clavicle",
-    "left_upper_arm",
-    "left_forearm",
-    "right_clavicle",
-    "right_upper_arm",
-    "right_forearm",
-)
+    "torso", "neck", "head",
+    "left_clavicle", "left_upper_arm", "left_forearm", "right_clavicle", "right_upper_arm", "right_forearm",
+)  # fmt: skip
 ARM_EDGES = (4, 5, 7, 8)
 """Upper arm and forearm, left then right."""
 ARMS = (ARM_EDGES[:2], ARM_EDGES[2:])
 """The same, grouped by arm."""
+HEAD = (1, 2)
+"""Neck and head."""
 LENGTHS = np.array([0.26, 0.18, 0.14, 0.22, 0.36, 0.33, 0.22, 0.36, 0.33], np.float32)
 FPS = 15.0
 MEAN = np.array(
@@ -138,3 +125,13 @@ def canonical_to_y_up(vectors: np.ndarray) -> np.ndarray:
 def y_up_to_canonical(vectors: np.ndarray) -> np.ndarray:
     """Inverse of :func:`canonical_to_y_up`."""
     return np.asarray(vectors) @ _TO_Y_UP
+
+
+def rotate_about_axis(vectors: np.ndarray, axis: int, degrees: np.ndarray) -> np.ndarray:
+    """Rotate vectors ``(frames, ..., 3)`` about a coordinate axis by angles ``(frames,)`` in degrees."""
+    angle = np.radians(degrees).reshape(-1, *[1] * (vectors.ndim - 2))
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    result = vectors.copy()
+    result[..., u] = np.cos(angle) * vectors[..., u] - np.sin(angle) * vectors[..., v]
+    result[..., v] = np.sin(angle) * vectors[..., u] + np.cos(angle) * vectors[..., v]
+    return result

@@ -10,7 +10,7 @@ from ..smoothing import gaussian
 
 REACH = 1.5
 """Highest and lowest control that a slider and what is heard make together, as in training."""
-FOLLOWED, MOST = np.array([1.0, 2.2, 1.0]), np.array([1.0, 0.75, 1.0])
+FOLLOWED, MOST = np.array([1.0, 2.2, 1.0]), np.array([1.0, 0.9, 1.0])
 """How much of each affect that is heard a body shows (of openness much is chance), and how much at most: more spreads arms."""
 _EASE = 0.2
 """Standard deviation in seconds by which curves are smoothed: a body cannot change its mind at once."""

@@ -104,7 +104,7 @@ class _Plan:
         request = self.performers.request
         first, last = max(low - BEYOND, 0), high + BEYOND
         drawn = noise(request.keyed_seed, request.identities[row], first, last, self.network.noise_size, self.performers.who)
-        drawn = in_bands(drawn, _cut(self.lively, first, last))[low - first : high - first]
+        drawn = in_bands(drawn, _cut(self.lively, first, last), first)[low - first : high - first]
         if self.asked is not None:
             heard = self.network.told(heard, _cut(self.asked[row], low, high))
         style = self.styles[row] if self.styles.ndim == 2 else _cut(self.styles[row], low, high)

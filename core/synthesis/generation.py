@@ -16,16 +16,13 @@ _CALM, _CALM_EASE = 0.3, 0.2
 _CALMER, _LIVELIER = 0.36, 0.08
 """... and by this share at an arousal of -1, mostly near it, and what it gains at 1: chance has most of the arms' movement, and
 calm bodies are to have little."""
-_OTHER_HAND, _LEADING_HAND = 1.1, 0.4
+_OTHER_HAND, _LEADING_HAND = 1.2, 0.4
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
 _CHANCE = np.array([1.0, 0.7, 0.7, 1.05, 1.03, 1.03, 1.05, 1.03, 1.03, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
-_BANDS, _LED = np.array([1.4, 2.42]), np.array([1.0, 0.46])
+_BANDS, _LED = np.array([1.5, 2.38]), np.array([1.0, 0.5])
 """... and of an arm in each band (:func:`noise.in_bands`): people stay longer and beat more where their hands live. In which
 band how much of it depends on the hand that leads: the other one beats, too."""
-_OPEN = np.array([0.35, 0.0])
-"""... and by how much it is less at a valence of 1: chance hides open arms, which tell joy; without it lines begin alike."""
-_FOLLOWED = (*accent_selection.CONTROLS, _VALENCE := "valence")
 
 
 class GeneratedTakes(NamedTuple):
@@ -55,7 +52,8 @@ def generate(
         poses = [(one.first, one.rest(heard.frames)) for one in cast for _ in one.latents]
         inputs = heard.features.slice, heard.frames, _latents(heard, cast), poses
         return GeneratedTakes(windows.perform(checkpoint, *inputs, progress, cancelled), (None,) * len(poses))
-    wishes = [curves.asked_and_heard(one.request, _FOLLOWED, heard.affect, heard.frames, skeleton.FPS) for one in cast]
+    about = accent_selection.CONTROLS, heard.affect, heard.frames, skeleton.FPS
+    wishes = [curves.asked_and_heard(one.request, *about) for one in cast]
     tastes = [one.taste(heard.frames) for one in cast]
     asked = [_asked_strokes(checkpoint, heard, *each) for each in zip(cast, tastes, wishes, strict=True)]
     lively = [_noise_scale(heard.activity, *each) for each in zip(tastes, wishes, strict=True)]
@@ -93,15 +91,15 @@ def _asked_strokes(
 
 def _noise_scale(activity: np.ndarray, tastes: np.ndarray | None, wishes: Mapping) -> np.ndarray:
     """Return the scale of the noise of each direction and of hands ``(frames, 10, 2)`` in bands: smaller in silence, as waiting
-    hands are less various, where arousal is low or valence high, and for the arm that leads less."""
+    hands are less various, where arousal is low, and for the arm that leads less."""
     quiet = 1 - _CALM * (1 - gaussian(activity, _CALM_EASE * skeleton.FPS))
-    aroused, valence = wishes[accent_selection.AROUSAL], wishes[_VALENCE]
+    aroused = wishes[accent_selection.AROUSAL]
     usual = quiet * (1 - _CALMER * np.maximum(-aroused, 0) ** 1.5 + _LIVELIER * np.maximum(aroused, 0))
     scale = np.repeat((usual[:, None] * _CHANCE)[..., None], 2, axis=2)
     right = np.zeros(len(activity)) if tastes is None else accent_selection.right_leads(tastes, wishes)
     for arm, other in zip(skeleton.ARMS, (right, -right), strict=True):
         less = np.minimum(np.where(other > 0, _OTHER_HAND, _LEADING_HAND) * other, 1)
-        scale[:, arm] *= ((1 - less[:, None] * _LED) * (1 - np.maximum(valence, 0)[:, None] * _OPEN) * _BANDS)[:, None]
+        scale[:, arm] *= ((1 - less[:, None] * _LED) * _BANDS)[:, None]
     return scale
 
 

@@ -7,13 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..meaning.gesture_blending import rotate_about_axis
 from ..motion import skeleton
 from ..smoothing import gaussian
 from . import idling
 
-HEAD = (1, 2)
-"""Edges of the head."""
 _CHANCE = {"accept": 0.55, "deny": 0.06}
 """Probability of a captured nod or denial as a phrase of the other ends."""
 _PERSONAL, _WARMER = ("i", "me", "my", "mine", "myself", "we", "us", "our", "you", "your"), 1.5
@@ -73,6 +70,6 @@ def turn_head_toward(directions: np.ndarray, toward: float, hears: np.ndarray | 
     share = np.zeros(len(directions)) if hears is None else gaussian(hears, _TURN_EASE * fps)
     turn = -np.clip(toward, -_MAX_TURN, _MAX_TURN) * (_SPEAKING_SHARE + (1 - _SPEAKING_SHARE) * share)
     result = directions.copy()  # all else stays to the bit
-    for edge in HEAD:
-        result[:, edge] = skeleton.normalize(rotate_about_axis(directions[:, edge].astype(float), 1, turn))
+    for edge in skeleton.HEAD:
+        result[:, edge] = skeleton.normalize(skeleton.rotate_about_axis(directions[:, edge].astype(float), 1, turn))
     return result

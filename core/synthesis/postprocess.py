@@ -77,7 +77,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
         hands = hands and gesture_blending.blend_hands(hands, shown, which)
         pelvis = _pelvis(request, heard, _name(performers), take, directions)
         ahead = directions.copy()  # eyes turn with the head towards the other speaker
-        ahead[:, listener_response.HEAD] = straight[:, listener_response.HEAD]
+        ahead[:, skeleton.HEAD] = straight[:, skeleton.HEAD]
         face = synthesize_face(request, heard, take, ahead)
         motion = Motion(directions, skeleton.FPS, heard.words, about, hands, pelvis, face)
         return motion.mirrored() if request.mirror else motion

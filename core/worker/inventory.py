@@ -18,16 +18,8 @@ from typing import Any
 from ..optional_packages import has_av, has_recogniser
 from ..version import VERSION
 
-PACKAGES = {
-    "numpy": "numpy",
-    "torch": "torch",
-    "safetensors": "safetensors",
-    "av": "av",
-    "pocketsphinx": "pocketsphinx",
-    "pysubs2": "pysubs2",
-    "praatio": "praatio",
-}
-"""Distribution name -> module, of all packages that the worker imports if they are installed."""
+PACKAGES = ("numpy", "torch", "safetensors", "av", "pocketsphinx", "pysubs2", "praatio")
+"""Distributions, and modules of these names, that the worker imports if they are installed."""
 NEEDED = ("numpy",)
 """The packages without which the engine does not run."""
 _CLIP = Path(__file__).parents[1] / "assets" / "hello.mp3"
@@ -69,11 +61,11 @@ def _version(distribution: str) -> str:
 
 def _problem() -> str:
     """Return why the first needed or installed package does not import, such as for missing libraries; else an empty text."""
-    for name, module in PACKAGES.items():
-        if name not in NEEDED and importlib.util.find_spec(module) is None:
+    for name in PACKAGES:
+        if name not in NEEDED and importlib.util.find_spec(name) is None:
             continue
         try:
-            importlib.import_module(module)
+            importlib.import_module(name)
         except (ImportError, OSError) as error:
             text = (str(error).strip().splitlines() or [type(error).__name__])[0]
             return f"{name} does not load: {text[:200]}"

@@ -5,6 +5,7 @@ Measured heads nod on accents and follow the voice's pitch.
 
 import numpy as np
 
+from ...motion import skeleton
 from ...motion.interpolation import ramp
 from . import rotation
 from .planning import Stroke
@@ -12,7 +13,6 @@ from .scene import Scene
 from .speakers import Performer
 
 _Degrees = float | np.ndarray
-_HEAD = (1, 2)
 _NOD = 0.7
 """Share of a performer's nods beside the captured head's own."""
 _SHAKES = frozenset({"not", "none"})
@@ -47,7 +47,7 @@ def move_head(body: np.ndarray, performer: Performer, scene: Scene, strokes: lis
     turn(body, (6,), roll=13 * shrug)
     roll = side * performer.tilt * (0.7 * loud + 1.6 * question) + side * 9 * shrug
     yaw = side * 0.9 * performer.drift * trend + _head_shake(strokes, time)
-    turn(body, _HEAD, pitch - 0.5 * performer.drift * melody, yaw, roll)
+    turn(body, skeleton.HEAD, pitch - 0.5 * performer.drift * melody, yaw, roll)
 
 
 def _meaning_envelope(strokes: list[Stroke], time: np.ndarray, meanings: dict[str, float]) -> np.ndarray:

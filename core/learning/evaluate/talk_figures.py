@@ -23,6 +23,8 @@ SLOWEST = 0.05
 """Metres a second: the peak of the slowest movement that is one."""
 BENT = 45.0
 """Degrees from which an elbow counts as bent."""
+WIDE = 0.2
+"""Metres by which both wrists are outside their shoulders that people hardly ever pass."""
 LARGE, SMALL = 0.45, 0.2
 """Metres of one movement from which it is large, and below which it is small."""
 BEAT, BEAT_GAP, BACK = 0.3, 0.35, -0.5
@@ -73,6 +75,14 @@ def elbows_bent(motion: np.ndarray) -> np.ndarray:
     return np.max(bends, axis=0) < np.cos(np.radians(BENT))
 
 
+def both_wide(motion: np.ndarray) -> np.ndarray:
+    """Return in which frames both wrists are far aside of their shoulders."""
+    points = skeleton.to_positions(motion)
+    left, right = (points[:, skeleton.EDGES[upper][0]] for upper, _ in skeleton.ARMS)
+    aside = (skeleton.wrists(motion) * skeleton.normalize(right - left)[:, None]).sum(-1) * [-1, 1]
+    return aside.min(axis=1) > WIDE
+
+
 def _of_windows(windows: talk_windows.Windows) -> dict[str, float]:
     result = {"windows": float(len(windows)), "wrist speed, m/s": float("nan")} | dict.fromkeys(AT_EQUAL_SPEED, float("nan"))
     if not len(windows):
@@ -95,6 +105,7 @@ def _of_motions(motions: Sequence[np.ndarray]) -> dict[str, float]:
         "length of a bell, s": float(np.median(length)) if len(length) else float("nan"),
         "way of a bell, m": float(np.median(way)) if len(way) else float("nan"),
         "both elbows bent": float(np.concatenate([elbows_bent(motion) for motion in motions]).mean()),
+        "both wrists wide": float(np.concatenate([both_wide(motion) for motion in motions]).mean()),
         "moves over 45 cm a minute": float((way > LARGE).sum() / minutes),
         "strokes a minute": float(strokes.sum() / minutes),
         "strokes under 20 cm": float((way[strokes] < SMALL).sum() / count),

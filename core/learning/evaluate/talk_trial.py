@@ -26,6 +26,7 @@ AIMS = {
     "beats among strokes": (0.5, None),
     "strokes under 20 cm": (0.4, None),
     "both elbows bent": (0.7, None),
+    "both wrists wide": (None, 0.03),
     "one hand or two": (0.2, None),
 }
 """Least and most of a figure; of bells a second and beats of 0.6 to 1.2 Hz the range of people is the aim."""

@@ -38,6 +38,14 @@ def test_small_quick_movements_are_beats_in_their_band():
     assert found["leading hand's share"] > 0.99 and found["both elbows bent"] == 0
 
 
+def test_arms_that_are_both_held_out_are_wide():
+    arms = zip(skeleton.ARMS, (-1, 1), strict=True)
+    left, right = ({upper: [side, 0.3, 0.5], fore: [side, -0.3, 0.5]} for (upper, fore), side in arms)
+    assert talk_figures.both_wide(posed(left | right))[20:35].all()
+    for one in (left, right, {}):
+        assert not talk_figures.both_wide(posed(one)).any()
+
+
 def test_large_slow_sweeps_are_no_beats():
     found = talk_figures.figures([nodding(0.3, 120)])
     assert found["beats 0.6 to 1.2 Hz"] < 0.2 and found["beats among strokes"] < 0.1  # edges cut one

@@ -65,15 +65,13 @@ def test_two_recordings_of_one_style_and_seed_are_two_dances(session, recordings
     assert by_recording <= 0.1 < by_seed
 
 
-def test_chance_says_less_of_open_arms_where_the_mood_says_more(session, recordings):
+def test_mood_says_more_of_open_arms_than_chance(session, recordings):
     def openness(valence):
         wishes = [Request(recordings[0], seed=seed, affect={"valence": valence}, follow=0) for seed in range(12)]
         return [bearing.measure(result.motions[0].directions)["openness"] for result in session.synthesize_all(wishes)]
 
     usual, pleased = openness(0.0), openness(1.0)
-    assert np.mean(pleased) > np.mean(usual) + 0.1
-    # 0.3 of chance and wide arms at their limits leave a quarter; the quotient of 12 deviations is uncertain by a third
-    assert np.std(pleased) < 0.6 * np.std(usual)
+    assert np.mean(pleased) > np.mean(usual) + max(0.1, 3 * np.std(usual), 3 * np.std(pleased))
 
 
 def test_short_lines_do_not_begin_alike(session, sound, tmp_path):

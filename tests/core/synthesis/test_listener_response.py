@@ -169,7 +169,7 @@ def test_who_listens_looks_at_who_speaks(session, dialogue, toward, mirror):
     speaking = np.median(turned[(seconds > 1) & (seconds < 6)]) / toward
     assert 0.3 < speaking < 0.7  # in pauses it listens
     assert np.abs(np.diff(turned)).max() * skeleton.FPS < 120
-    others = [edge for edge in range(9) if edge not in listener_response.HEAD]
+    others = [edge for edge in range(9) if edge not in skeleton.HEAD]
     assert np.array_equal(looking.directions[:, others], straight.directions[:, others])
     assert np.array_equal(looking.face.weights[:, 16:18], straight.face.weights[:, 16:18])  # eyes go with the head
     again = session.synthesize(provenance.request_from_meta(looking.meta, anna, hears=bert)).motions[0]

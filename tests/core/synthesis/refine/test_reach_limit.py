@@ -4,7 +4,7 @@ from reaching import reaching
 from refining import apply
 from s2ag.core.motion import limits, rest, skeleton
 from s2ag.core.synthesis.refine import refine
-from s2ag.core.synthesis.refine.reach_limit import ahead_limit, reach_limit
+from s2ag.core.synthesis.refine.reach_limit import ahead_limit, both_aside, reach_limit
 
 
 def beyond(pose: np.ndarray, side: int) -> float:
@@ -98,14 +98,23 @@ def test_an_arm_straight_out_to_the_side_is_brought_forward(side):
 
 
 @pytest.mark.parametrize("lift", [-40, -20, 0])
-def test_spread_arms_come_to_the_front_and_one_alone_may_point(lift):
+def test_arms_held_out_come_in_and_one_alone_stays_where_it_points(lift):
     pose, right = stretched(0, 60, lift), list(skeleton.ARMS[1])
     pose[:, right] = stretched(1, 60, lift)[:, right]
-    made = apply(reach_limit, pose)
+    made = apply(both_aside, pose)
     for side in (0, 1):
-        assert wide(pose, side) > 0.4 and 0.25 < wide(made, side) < 0.33
-    one = stretched(0, 28, lift)
-    np.testing.assert_allclose(apply(reach_limit, one), one, atol=1e-6)
+        assert wide(pose, side) > 0.4 and 0.08 < wide(made, side) < 0.18
+    one = stretched(0, 60, lift)
+    np.testing.assert_array_equal(apply(both_aside, one), one)
+
+
+def test_arms_held_out_beat_as_far_as_before():
+    swings = 50 + 6 * np.sin(2 * np.pi * 1.5 * np.arange(90) / skeleton.FPS)
+    beats = np.concatenate([stretched(0, heading, -20) for heading in swings])
+    right = list(skeleton.ARMS[1])
+    beats[:, right] = np.concatenate([stretched(1, heading, -20)[:, right] for heading in swings])
+    before, after = (np.array([wide(one[None], 1) for one in each[30:60]]) for each in (beats, apply(both_aside, beats)))
+    assert np.mean(before) - np.mean(after) > 0.1 and np.ptp(after) > 0.9 * np.ptp(before)
 
 
 def test_arms_open_smoothly():
