@@ -7,7 +7,7 @@ import numpy as np
 
 from ..motion import hand_channels, rest, skeleton, stroke_requests
 from ..smoothing import gaussian
-from . import accent_selection, curves, flow_sampling, stroke_conditions, time_warp
+from . import accent_selection, curves, flow_sampling, refine, stroke_conditions, time_warp
 from .features import SpeechFeatures
 from .style_sequence import SIZE, StyleSequence
 
@@ -63,7 +63,8 @@ def generate(
     poses = [pose for one in cast for pose in [one.rest(heard.frames)] * len(one.latents)]
     kept = [frames for one in cast for frames in [one.given(heard.frames).frames] * len(one.latents)]
     calm = [rest.remove_jitter(*each) for each in zip(drawn, kept, strict=True)]
-    arms = [rest.raise_head(rest.scale_amplitude(one, SIZE, pose)) for one, pose in zip(calm, poses, strict=True)]
+    large = [rest.raise_head(rest.scale_amplitude(one, SIZE, pose)) for one, pose in zip(calm, poses, strict=True)]
+    arms = [refine.refine(one, rules=(refine.both_aside,)) for one in large]
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
     return GeneratedTakes(np.stack(arms), [rest.remove_jitter_of_numbers(*each) for each in zip(extras, kept, strict=True)])

@@ -16,7 +16,7 @@ from .face_clearance import face_clearance
 from .reach_limit import ahead_limit, both_aside, reach_limit
 from .speed_limit import speed_limit
 
-__all__ = ["RULES", "Body", "Correction", "Rule", "possible_poses", "refine"]
+__all__ = ["RULES", "Body", "Correction", "Rule", "both_aside", "possible_poses", "refine"]
 
 
 def possible_poses(body: Body, free: np.ndarray) -> Iterator[Correction]:
@@ -26,8 +26,7 @@ def possible_poses(body: Body, free: np.ndarray) -> Iterator[Correction]:
 
 RULES: tuple[Rule, ...] = (
     *(speed_limit, possible_poses),  # a place that is only passed in haste is none that must be kept from
-    *(both_aside, reach_limit, ahead_limit),
-    *(elbow_wings, face_clearance, speed_limit),  # the ways around such places may be hasty, too
+    *(reach_limit, ahead_limit, elbow_wings, face_clearance, speed_limit),  # the ways around such places may be hasty, too
     *(reach_limit, elbow_wings, speed_limit, possible_poses),  # and slower arms cut corners
 )
 """In this order. At intensity 1.5 one round leaves 0.3 hasty wrists and 0.3 reaches a minute, this one 0.06 and 0.03."""

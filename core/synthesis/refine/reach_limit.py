@@ -40,7 +40,8 @@ def ahead_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
 
 
 def both_aside(body: Body, free: np.ndarray) -> Iterator[Correction]:
-    """Arms that are both held out come in about the trunk's axis, each as far as the one that is less so."""
+    """Arms that are both held out come in about the trunk's axis, each as far as the one that is less so: before gestures are
+    shown, as some of those mean it ("this big")."""
     ways = [dot(arm.wrist - arm.shoulder, arm.out, arm.front, arm.down) for arm in body.arms]
     wide = [aside - _BOTH - (_BOTH_HANG - _BOTH) * smoothstep(low, _ENDS, _HANGS) for aside, _, low in ways]
     back = bounded(gaussian(np.maximum(np.minimum(*wide), 0), _EASE * skeleton.FPS), _WIDER)
