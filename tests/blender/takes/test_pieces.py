@@ -84,9 +84,11 @@ def test_a_piece_flows_out_of_the_take_and_back_into_it(take, speaker, blend):
     angles = np.degrees(np.arccos(np.clip((new * before).sum(-1), -1, 1)))
     assert angles[6:-6].max() > 5, "the piece is what was there"
     (speed, change), (usual_speed, usual_change) = speeds(arms(speaker, whole)), own
-    for join in (FIRST - START, LAST - START):
+    begin, end = FIRST - START, LAST - START
+    most = max(usual_change.max(), change[begin + 3 : end - 3].max())  # a piece may be livelier than its take
+    for join in (begin, end):
         assert speed[join - 2 : join + 2].max() <= (usual_speed.max() if blend else LAID)
-        assert not blend or change[join - 3 : join + 2].max() <= usual_change.max()
+        assert not blend or change[join - 3 : join + 2].max() <= most
 
 
 def test_the_engine_is_told_what_is_around_and_a_piece_can_be_made_again(take, speaker):
