@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...motion import skeleton
+from ...synthesis.refine.body import Body, dot
 from . import talk_judge, talk_windows, variety
 
 AT_EQUAL_SPEED = {
@@ -77,10 +78,7 @@ def elbows_bent(motion: np.ndarray) -> np.ndarray:
 
 def both_wide(motion: np.ndarray) -> np.ndarray:
     """Return in which frames both wrists are far aside of their shoulders."""
-    points = skeleton.to_positions(motion)
-    left, right = (points[:, skeleton.EDGES[upper][0]] for upper, _ in skeleton.ARMS)
-    aside = (skeleton.wrists(motion) * skeleton.normalize(right - left)[:, None]).sum(-1) * [-1, 1]
-    return aside.min(axis=1) > WIDE
+    return np.min([dot(arm.wrist - arm.shoulder, arm.out)[0] for arm in Body(motion).arms], axis=0) > WIDE
 
 
 def _of_windows(windows: talk_windows.Windows) -> dict[str, float]:
