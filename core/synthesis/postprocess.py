@@ -106,7 +106,7 @@ def _spared(
     given = [np.flatnonzero((time > start - _MARKED) & (time < end + _MARKED)) for start, end in marked]
     home = skeleton.normalize(pose + rest.idle_offsets(frames, seed=request.keyed_seed + about["take"]))
     fixed = np.concatenate([kept.frames, *given])
-    made, away = sparing.spare(directions, rate, home, [at for _, at in shows], fixed)
+    made, away = sparing.spare(refine.refine(directions, kept), rate, home, [at for _, at in shows], fixed)
     if shows:
         about["shows"] = [one for one in shows if not away[min(round(one[1] * skeleton.FPS), frames - 1)]]
     return made, away
