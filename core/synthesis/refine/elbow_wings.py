@@ -16,13 +16,14 @@ _HAND_BELOW, _FADE = -0.04, 0.1
 """Metres of the hand below the elbow from which on the rule holds wholly, and over which it sets in."""
 _EASE = 0.13
 """Standard deviation in seconds by which the rule comes and goes."""
-_MIN_LEVER = 0.02
-"""Metres from the line shoulder to wrist at which an elbow can be turned at all."""
+_MIN_LEVER, _INNER = 0.02, 2.1
+"""Metres from the line shoulder to wrist at which an elbow can be turned at all; radians from the lowest place up to which it
+sinks on the body's side of that line, where elbows hardly are: from the highest one it always sinks outside."""
 
 
 def elbow_wings(body: Body, free: np.ndarray) -> Iterator[Correction]:
     """The arm is turned about the line from shoulder to wrist, so that the hand stays where it was."""
-    for arm in body.arms:
+    for arm, outer in zip(body.arms, (1, -1), strict=True):
         elbow = arm.elbow - arm.shoulder
         below, hangs = (dot(way, arm.down)[0] for way in (elbow, arm.wrist - arm.elbow))
         high = np.maximum(_HIGH - below, 0) * np.clip((hangs - _HAND_BELOW) / _FADE + 1, 0, 1)
@@ -31,15 +32,15 @@ def elbow_wings(body: Body, free: np.ndarray) -> Iterator[Correction]:
         axis = skeleton.normalize(arm.wrist - arm.shoulder)
         held = round(_EASE * skeleton.FPS)
         wanted = gaussian(running_maximum(bounded(high, _SOFT), held, held), 0.5 * held)
-        angle = gaussian(_lowering(elbow, axis, arm.down, wanted), _EASE * skeleton.FPS)
+        angle = outer * gaussian(_lowering(elbow, axis, arm.down, outer, wanted), _EASE * skeleton.FPS)
         yield arm.roll(axis, angle * free)
 
 
-def _lowering(elbow: np.ndarray, axis: np.ndarray, down: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Radians ``(frames,)`` about an ``axis`` by which elbows, seen from their shoulders, sink by the ``wanted`` metres, or as
-    far as they can."""
+def _lowering(elbow: np.ndarray, axis: np.ndarray, down: np.ndarray, outer: int, wanted: np.ndarray) -> np.ndarray:
+    """Radians ``(frames,)`` about ``outer`` times an ``axis``, a side of 1 or -1, by which elbows, seen from their shoulders,
+    sink by the ``wanted`` metres, or as far as they can."""
     aside, low = (vectors - dot(vectors, axis)[0][:, None] * axis for vectors in (elbow, down))
-    x, y = dot(aside, low, np.cross(axis, low))
-    now, steep = np.arctan2(y, x), np.linalg.norm(low, axis=-1)
+    x, y = dot(aside, low, outer * np.cross(axis, low))
+    now, steep = (np.arctan2(y, x) + _INNER) % (2 * np.pi) - _INNER, np.linalg.norm(low, axis=-1)
     there = np.arccos(np.clip(np.cos(now) + wanted / np.maximum(np.linalg.norm(aside, axis=-1) * steep, _MIN_LEVER), -1, 1))
     return np.where(np.hypot(x, y) > _MIN_LEVER * steep, np.sign(now) * there - now, 0.0)

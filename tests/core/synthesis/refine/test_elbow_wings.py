@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from refining import apply
-from s2ag.core.motion import rest, skeleton
+from s2ag.core.learning.evaluate import talk_faults
+from s2ag.core.motion import quaternion, rest, skeleton
 from s2ag.core.synthesis.refine.elbow_wings import elbow_wings
 
 FRAMES = 60
@@ -73,3 +74,20 @@ def test_given_frames_stay():
     made = apply(elbow_wings, drawn, given)
     np.testing.assert_array_equal(made[given], drawn[given])
     assert heights(made)[45] < heights(drawn)[45] - 0.05
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_an_elbow_that_rocks_over_the_highest_place_sinks_all_the_time(side):
+    drawn = posed((0.6, -0.1, 0.1), (0.3, -0.9, 0.4), side)
+    edges = list(skeleton.ARMS[side])
+    axis = skeleton.normalize((drawn[0, edges].astype(float) * np.array(skeleton.LENGTHS)[edges, None]).sum(0))
+
+    def rolled(angles: np.ndarray) -> np.ndarray:
+        turned = drawn.copy()
+        turned[:, edges] = quaternion.rotate(quaternion.about(axis, angles)[:, None], drawn[:, edges])
+        return turned
+
+    turns = np.linspace(0, 2 * np.pi, FRAMES)
+    wing = rolled(turns[heights(rolled(turns), side).argmax()] + 0.3 * np.sin(np.arange(FRAMES)))
+    assert heights(wing, side).min() > -talk_faults.WING
+    assert heights(apply(elbow_wings, wing), side).max() < -1.4 * talk_faults.WING
