@@ -1,6 +1,7 @@
 """The edit document: a JSON list of edits to a take, each applied to the result of the ones before it."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from os import PathLike
 from typing import Any
 
@@ -28,10 +29,6 @@ def _number(value: object, low: float, high: float) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
         raise ValueError(f"not a number from {low:g} to {high:g}")
     return float(value)
-
-
-def _size(value: object) -> float:
-    return _number(value, LEAST, LARGEST)
 
 
 def _whole(low: int) -> Callable[[object], int]:
@@ -98,7 +95,7 @@ RESTS = ("none", "calmer", "fewer")
 """What a rest leaves of a range: no strokes, smaller and lower ones, or the larger half of them."""
 FEELINGS = {name: lambda value: _number(value, -1.0, 1.0) for name in AFFECTS}
 """What a feeling may name, each from -1 to 1."""
-_SHAPES = {"kind": _name, "hand": _one_of(*HANDS), "size": _size}
+_SHAPES = {"kind": _name, "hand": _one_of(*HANDS), "size": partial(_number, low=LEAST, high=LARGEST)}
 _Readers = dict[str, Callable[[Any], Any]]
 ACTIONS: dict[str, tuple[_Readers, _Readers]] = {
     "move": ({"at": _seconds, "to": _seconds}, {}),

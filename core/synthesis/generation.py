@@ -64,7 +64,7 @@ def generate(
     kept = [frames for one in cast for frames in [one.given(heard.frames).frames] * len(one.latents)]
     calm = [rest.remove_jitter(*each) for each in zip(drawn, kept, strict=True)]
     large = [rest.raise_head(rest.scale_amplitude(one, SIZE, pose)) for one, pose in zip(calm, poses, strict=True)]
-    arms = [refine.refine(one, rules=(refine.both_aside,)) for one in large]
+    arms = [refine.refine(one, rules=refine.DRAWN) for one in large]
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
     return GeneratedTakes(np.stack(arms), [rest.remove_jitter_of_numbers(*each) for each in zip(extras, kept, strict=True)])

@@ -67,7 +67,7 @@ def parse(text: str, said: Callable[[str], list[str]] = spoken_words) -> ParsedT
 
     text = _EVENT.sub(event, _without_labels(_PRIVATE.sub(" ", text)))
     text = _DASHES.sub("– ", _STRESS.sub(lambda match: f"\ue001{match[1]}\ue002", text))
-    shouting = _mostly_capitals(text)
+    shouting = sum(map(str.isupper, text)) > sum(map(str.islower, text))
     reader = _Reader(events, said)
     for piece in text.split():
         if piece[0] == "\ue000":
@@ -146,10 +146,6 @@ def _keep_capitals(shown: str, said: list[str], shouting: bool) -> list[str]:
     if not shouting and len(said) == 1 and 2 <= len(shown) <= 5 and shown.isalpha() and shown.isupper():
         return [said[0].upper()]
     return said
-
-
-def _mostly_capitals(text: str) -> bool:
-    return sum(map(str.isupper, text)) > sum(map(str.islower, text))
 
 
 def split_speakers(text: str) -> list[tuple[str, str]]:

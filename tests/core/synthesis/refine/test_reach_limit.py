@@ -4,7 +4,7 @@ from reaching import reaching
 from refining import apply
 from s2ag.core.motion import limits, rest, skeleton
 from s2ag.core.synthesis.refine import refine
-from s2ag.core.synthesis.refine.reach_limit import ahead_limit, both_aside, reach_limit
+from s2ag.core.synthesis.refine.reach_limit import ahead_limit, both_aside, high_hands, reach_limit
 
 
 def beyond(pose: np.ndarray, side: int) -> float:
@@ -115,6 +115,19 @@ def test_arms_held_out_beat_as_far_as_before():
     beats[:, right] = np.concatenate([stretched(1, heading, -20)[:, right] for heading in swings])
     before, after = (np.array([wide(one[None], 1) for one in each[30:60]]) for each in (beats, apply(both_aside, beats)))
     assert np.mean(before) - np.mean(after) > 0.1 and np.ptp(after) > 0.9 * np.ptp(before)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_hands_that_are_held_up_come_down_and_beat_as_far_as_before(side):
+    lifts = 10 + 6 * np.sin(2 * np.pi * 1.5 * np.arange(90) / skeleton.FPS)
+    beats = np.concatenate([stretched(side, 20, lift) for lift in lifts])
+    wrist, shoulder = (skeleton.EDGES[edge][end] for edge, end in zip(skeleton.ARMS[side][::-1], (1, 0), strict=True))
+    made = apply(high_hands, beats)
+    before, after = (points[30:60, wrist] - points[30:60, shoulder] for points in map(skeleton.to_positions, (beats, made)))
+    assert before[:, 1].mean() < 0 and 0.05 < after[:, 1].mean() < 0.15  # y is down
+    assert np.ptp(after[:, 1]) > 0.9 * np.ptp(before[:, 1])
+    low = stretched(side, 20, -60)
+    np.testing.assert_array_equal(apply(high_hands, low), low)
 
 
 def test_arms_open_smoothly():
