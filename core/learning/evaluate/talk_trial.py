@@ -29,7 +29,8 @@ AIMS = {
     "both wrists wide": (None, 0.03),
     "one hand or two": (0.2, None),
 }
-"""Least and most of a figure; of bells a second and beats of 0.6 to 1.2 Hz the range of people is the aim."""
+"""Least and most of a figure; of bells a second and beats of 0.6 to 1.2 Hz the range of people is the aim: of every kind, those
+that only train the judge, too, since two of them are no range."""
 _TOLD = {"told apart": "told", "told apart, second judge": "told_again"}
 _USUAL = INTENSITIES.index(1.0)
 Progress = Callable[[str, float], None]
@@ -85,7 +86,7 @@ def try_talk(setting: Setting, progress: Progress = lambda stage, value: None) -
         "part": "reported" if setting.reported else "chosen on",
         "captured": list(talk_split.CAPTURED_REPORTED if setting.reported else talk_split.CAPTURED_CHOSEN_ON),
         "voices": [talk.name for talk in voices],
-        "people": {kind: {**talk_figures.figures(motions), **alike[kind]} for kind, motions in people.motions.items()},
+        "people": {kind: {**talk_figures.figures(motions), **alike[kind]} for kind, motions in people.kinds.items()},
         "columns": columns,
         "faults": _faults(people, companies, finished) | _faults_on_characters(setting, finished, progress),
     }
@@ -190,7 +191,7 @@ def page(result: dict) -> str:
             "# Talk\n",
             f"Captured talk {', '.join(result['captured'])}; voices {', '.join(result['voices'])}. {kept}",
             "Told apart is the area under the curve of classifiers that are asked who moves, 0.5 where nobody can tell; every "
-            "kind of people is asked alike.\n",
+            "kind of people is asked alike. Kinds without others told from them only train the judge.\n",
             table(result) + "\n",
             *told,
         ]
