@@ -10,7 +10,8 @@ from .interpolation import sample_cubic
 
 FOREARMS = (5, 8)
 """Forearm edges of the left and the right hand."""
-_MIRROR = np.array([-1, 1, 1], np.float32)
+_MIRROR, _FROM_DOWN = np.array([-1, 1, 1], np.float32), np.array([[1, -1, 0], [-1, -1, 0]], np.float32)
+"""Signs of the mirror image, and the way of each palm from facing down to facing the other one."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,10 @@ class Hands:
         """Rotate the hands with their forearms, from arms ``(frames, 9, 3)`` to ``others``, by the smallest rotation."""
         before, after = (skeleton.normalize(part[:, FOREARMS].astype(float)) for part in (arms, others))
         return Hands.of(rotate_vectors(self.knuckles, before, after), rotate_vectors(self.palms, before, after), self.shape)
+
+    def turned_in(self, share: float) -> "Hands":
+        """Turn palms that face down to each other, by a ``share`` of the way."""
+        return Hands.of(self.knuckles, self.palms + share * np.maximum(self.palms[..., 1:2], 0) * _FROM_DOWN, self.shape)
 
     def scaled(self, directions: np.ndarray, strength: float) -> "Hands | None":
         """Blend towards straight wrists and relaxed hands on arms ``(frames, 9, 3)``; 1 changes nothing, 0 returns None."""

@@ -32,6 +32,9 @@ _MIN_CALM = 1e-3
 """Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
 _WAITS = 3.0
 """Seconds of whole rest from which on who is silent waits as a listener does."""
+_TURNED = 0.65
+"""Share by which palms that face down turn to each other, as those of captured talkers do. One man's wrists were not captured:
+his palms face down all the time, and the network learnt it, so that half of the arms held ahead had a sleepwalker's hands."""
 _SHORT = 4096
 """Frames of a take below which several threads finish takes no faster: they wait for one another at every small array."""
 _MARKED = 0.6
@@ -121,7 +124,7 @@ def _hands(
         return None
     arms, numbers = made
     if numbers is not None:
-        hands = hand_channels.from_channels(numbers, arms).moved_with_arms(arms, directions)
+        hands = hand_channels.from_channels(numbers, arms).turned_in(_TURNED).moved_with_arms(arms, directions)
     else:
         hands = hand_synthesis.synthesize_hands(directions, _name(performers), request.keyed_seed + take)
     calm = _calm(request, len(directions)) * (1 - spared)

@@ -112,10 +112,7 @@ def _letters(path: Path) -> dict[str, str]:
         letters = json_text.read(path, _MAX_LETTERS_BYTES)
     except (OSError, json_text.NotJson) as error:
         raise TranscriptUnreadable(f"{path} is not valid JSON.", _REMEDY) from error
-    if not isinstance(letters, dict) or not all(map(_is_rule, letters, letters.values())):
+    rules = letters.items() if isinstance(letters, dict) else [("", None)]
+    if not all(key and isinstance(phones, str) and len(phones) <= _MAX_RULE_LENGTH for key, phones in rules):
         raise TranscriptUnreadable(f"{path} does not map letters to phones.", 'Write {"sch": "SH", "a": "AA", ...}.')
     return {key.lower(): value for key, value in letters.items()}
-
-
-def _is_rule(letters: str, phones: object) -> bool:
-    return bool(letters) and isinstance(phones, str) and len(phones) <= _MAX_RULE_LENGTH

@@ -71,7 +71,8 @@ def directions(posed: Posed, paper: bool = False, where: str = "The skeleton") -
         message = f"{where} has no joint for {', '.join(missing).replace('_', ' ')}."
         raise CorpusUnreadable(message, "Name the joints as Mixamo, SMPL-X or Trinity do.")
     turn = frontal(posed)
-    joints = np.einsum("fij,fkj->fki", turn, _paper(posed) if paper else _joints(posed))
+    found = posed.positions[:, [posed.row(role) for role in PAPER]] if paper else _joints(posed)
+    joints = np.einsum("fij,fkj->fki", turn, found)
     return skeleton.to_directions(skeleton.y_up_to_canonical(joints)).astype(np.float32)
 
 
@@ -104,10 +105,6 @@ def _joints(posed: Posed) -> np.ndarray:
     crown = nose + length * (turned @ _CROWN)
     arms = [at(f"{side}_{part}") for side in ("left", "right") for part in ("shoulder", "elbow", "wrist")]
     return np.stack([spine, neck, nose, crown, *arms], 1)
-
-
-def _paper(posed: Posed) -> np.ndarray:
-    return posed.positions[:, [posed.row(role) for role in PAPER]]
 
 
 def _plain(name: str) -> str:

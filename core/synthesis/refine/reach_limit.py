@@ -26,7 +26,6 @@ _HIGH, _HIGHER = 0.18, 0.08
 captured hands are within 0.1 in 1 to 2 % of the frames, one woman's in 9 %; takes that chance began so were in a sixth."""
 _BEFORE = 0.1
 """Metres of a hand or its elbow ahead of the shoulder over which the limit across sets in: some go behind the back."""
-
 _AHEAD, _LAST, _SINKS = 0.43, 0.1, 0.1
 """Metres ahead of its shoulder at which a wrist begins to be held back, and less than which more are left: 0.34 to 0.45 in 99 %
 of captured frames, but "stop it" needs 0.5. And metres by which a straight arm's elbow counts as lower, so that it sinks."""
