@@ -61,9 +61,10 @@ class Hands:
         before, after = (skeleton.normalize(part[:, FOREARMS].astype(float)) for part in (arms, others))
         return Hands.of(rotate_vectors(self.knuckles, before, after), rotate_vectors(self.palms, before, after), self.shape)
 
-    def turned_in(self, share: float) -> "Hands":
-        """Turn palms that face down to each other, by a ``share`` of the way."""
-        return Hands.of(self.knuckles, self.palms + share * np.maximum(self.palms[..., 1:2], 0) * _FROM_DOWN, self.shape)
+    def turned_in(self, share: np.ndarray) -> "Hands":
+        """Turn palms that face down to each other, by a ``share`` of the way ``(frames,)``."""
+        down = np.reshape(share, (-1, 1, 1)) * np.maximum(self.palms[..., 1:2], 0)
+        return Hands.of(self.knuckles, self.palms + down * _FROM_DOWN, self.shape)
 
     def scaled(self, directions: np.ndarray, strength: float) -> "Hands | None":
         """Blend towards straight wrists and relaxed hands on arms ``(frames, 9, 3)``; 1 changes nothing, 0 returns None."""

@@ -8,7 +8,7 @@ import functools
 import json
 import re
 import unicodedata
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from importlib import resources
 from os import PathLike
@@ -79,7 +79,8 @@ def families() -> tuple[Family, ...]:
     """Return all known families, sorted by file name."""
     folder = resources.files(str(__package__)) / "families"
     files = sorted((path for path in folder.iterdir() if path.name.endswith(".json")), key=lambda path: path.name)
-    return tuple(_parse_family(json.loads(path.read_text("utf-8"))) for path in files)
+    read = (json.loads(path.read_text("utf-8")) for path in files)
+    return tuple(Family(one["name"], dict(one["keys"]), one.get("strip", ""), tuple(one.get("rest", ()))) for one in read)
 
 
 @functools.lru_cache(maxsize=8)  # the panel asks at every redraw
@@ -157,10 +158,6 @@ def _of(weights: np.ndarray, name: str) -> np.ndarray:
     if name[-1] in "+-":
         return np.maximum(column if name[-1] == "+" else -column, 0)
     return column
-
-
-def _parse_family(content: Mapping) -> Family:
-    return Family(content["name"], dict(content["keys"]), content.get("strip", ""), tuple(content.get("rest", ())))
 
 
 def _match(family: Family, names: Collection[str]) -> Shapes | None:

@@ -66,7 +66,7 @@ def tick() -> float | None:
 
 
 def _request(uid: int) -> None:
-    armature = _find(uid)
+    armature = next((item for item in bpy.data.objects if item.session_uid == uid and is_armature(item)), None)
     if armature is not None and uid not in session.RUNS:
         planned = generate.plan(current_context(), armature, draft=True)
         _jobs[uid] = engine_requests.start(current_context(), planned.params), planned
@@ -101,8 +101,3 @@ def _run_guarded(uid: int, work: Callable[[int], None]) -> None:
 def _abandon(uid: int) -> None:
     job, _ = _jobs.pop(uid, (None, None))
     engine_requests.cancel(job)
-
-
-def _find(uid: int) -> ArmatureObject | None:
-    item = next((item for item in bpy.data.objects if item.session_uid == uid), None)
-    return item if is_armature(item) else None

@@ -5,7 +5,6 @@ Montreal Forced Aligner, Vosk, Amazon, Deepgram and our own ``[word, start, end]
 (Audacity, GENEA, MFA, Whisper).
 Every reader raises :class:`TranscriptUnreadable` for files that it cannot read."""
 
-import importlib
 import re
 from pathlib import Path
 
@@ -23,9 +22,9 @@ def parse(content: str, path: Path) -> Source:
     if path.suffix.lower() == ".json" or re.match(r'[\[{]\s*(["\[{]|[\]}]\s*$)', head):
         source = jsons.parse(content, path)
     elif is_textgrid(head):
-        source = _parsed("textgrid", "praatio", content, path)
+        source = _textgrid(content, path)
     elif (form := subtitle_format(head)) is not None:
-        source = _parsed("subtitles", "pysubs2", content, form, path)
+        source = _subtitles(content, form, path)
     elif (form := columns.detect(content)) is not None:
         source = columns.parse(content, form, path)
     elif head.startswith(("<?xml", "<tt", "<!DOCTYPE")):
@@ -49,13 +48,20 @@ def subtitle_format(head: str) -> str | None:
     return "srt" if _CUE.search(head[:5000]) else None
 
 
-def _parsed(kind: str, package: str, *inputs: str | Path) -> Source:
-    """Parse with our module ``kind``, which needs a ``package``; the extension's zip has neither."""
+def _textgrid(content: str, path: Path) -> Source:
     try:
-        module = importlib.import_module(f".{kind}", __name__)
-    except ModuleNotFoundError as error:
-        raise EngineMissing.of(ModuleNotFoundError(name=package)) from error
-    return module.parse(*inputs)
+        from .textgrid import parse
+    except ModuleNotFoundError as error:  # that package, or in the extension's zip our module
+        raise EngineMissing.of(ModuleNotFoundError(name="praatio")) from error
+    return parse(content, path)
+
+
+def _subtitles(content: str, form: str, path: Path) -> Source:
+    try:
+        from .subtitles import parse
+    except ModuleNotFoundError as error:  # as above
+        raise EngineMissing.of(ModuleNotFoundError(name="pysubs2")) from error
+    return parse(content, form, path)
 
 
 def _sort(items: list[Item]) -> list[Item]:
