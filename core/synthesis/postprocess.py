@@ -20,7 +20,7 @@ from ..sound import affect
 from ..threads import parallel_map
 from ..words import hints
 from . import curves, hand_synthesis, idling, listener_response, refine, sparing, stance
-from .constraints import KeptFrames, freedom, kept_frames
+from .constraints import KeptFrames, kept_frames
 from .features import SpeechFeatures
 from .generation import GeneratedTakes
 from .request import Request
@@ -32,7 +32,7 @@ _MIN_CALM = 1e-3
 """Share of hands and stance at intensity 0, so that the same bones are keyed at every intensity."""
 _WAITS = 3.0
 """Seconds of whole rest from which on who is silent waits as a listener does."""
-_TURNED = 0.65
+_TURNED = 0.85
 """Share by which palms that face down turn to each other, as those of captured talkers do. One man's wrists were not captured:
 his palms face down all the time, and the network learnt it, so that half of the arms held ahead had a sleepwalker's hands."""
 _SHORT = 4096
@@ -76,7 +76,7 @@ def express(checkpoint: Any, heard: SpeechFeatures, performers: StyleSequence, m
         directions = listener_response.turn_head_toward(straight, side, None if heard.others is None else heard.others.share)
         directions, spared = _spared(request, heard, pose, about, rest.scale_amplitude(directions, size, pose), kept)
         directions = refine.refine(directions, kept)
-        hands = _hands(request, performers, take, (arms, numbers, kept.frames), directions, spared)
+        hands = _hands(request, performers, take, (arms, numbers), directions, spared)
         hands = hands and gesture_blending.blend_hands(hands, shown, which)
         pelvis = _pelvis(request, heard, _name(performers), take, directions)
         ahead = directions.copy()  # eyes turn with the head towards the other speaker
@@ -118,14 +118,13 @@ def _spared(
 def _hands(
     request: Request, performers: StyleSequence, take: int, made: tuple, directions: np.ndarray, spared: np.ndarray
 ) -> Hands | None:
-    """Return hands on the finished arms, hanging where strokes are ``spared``: those ``made`` (arms, the numbers of hands
-    on them or None, and the frames that are given), else synthesised; None where none are asked for."""
+    """Return hands on the finished arms, hanging where strokes are ``spared``: those ``made`` (arms, and the numbers of hands
+    on them or None), else synthesised; None where none are asked for."""
     if not request.hands:
         return None
-    arms, numbers, given = made
+    arms, numbers = made
     if numbers is not None:
-        share = _TURNED * freedom(len(arms), given)
-        hands = hand_channels.from_channels(numbers, arms).turned_in(share).moved_with_arms(arms, directions)
+        hands = hand_channels.from_channels(numbers, arms).turned_in(_TURNED).moved_with_arms(arms, directions)
     else:
         hands = hand_synthesis.synthesize_hands(directions, _name(performers), request.keyed_seed + take)
     calm = _calm(request, len(directions)) * (1 - spared)

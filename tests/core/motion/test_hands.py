@@ -108,14 +108,14 @@ def test_each_hand_may_have_a_share_of_its_own(motion):
 
 def test_palms_that_face_down_turn_to_each_other_and_others_stay():
     ahead = np.tile([0.0, 0, 1], (3, 2, 1))
-    palms = np.array([[[0, 1, 0], [0, 1, 0]], [[1, 0, 0], [-1, 0, 0]], [[0, -1, 0], [0.6, -0.8, 0]]], float)
-    hands = Hands.of(ahead, palms, np.broadcast_to(handshape.RELAXED, (3, 2, 12)))
-    turned = hands.turned_in(np.full(3, 0.5))
+    palms = np.array([[[0, 1, 0], [0, 1, 0]], [[0, -1, 0], [0.6, -0.8, 0]], [[0.985, 0.17, 0], [-0.985, 0.17, 0]]])
+    hands = Hands.of(ahead, palms, np.broadcast_to(handshape.RELAXED, (3, 2, 12)))  # the last ones are as they hang
+    turned = hands.turned_in(0.625)
     side = np.sqrt(0.5)
     np.testing.assert_allclose(turned.palms[0], [[side, side, 0], [-side, side, 0]], atol=1e-6)  # x is right, y is down
     np.testing.assert_allclose(turned.palms[1:], hands.palms[1:], atol=1e-6)
     np.testing.assert_array_equal(turned.shape, hands.shape)
-    np.testing.assert_allclose(hands.turned_in(np.ones(3)).palms[0], palms[1], atol=1e-6)
+    np.testing.assert_allclose(hands.turned_in(1.25).palms[0], [[1, 0, 0], [-1, 0, 0]], atol=1e-6)
 
 
 def test_calmed_hands_bend_less_and_those_with_nothing_are_none(motion):
