@@ -15,7 +15,7 @@ _ARMS = np.concatenate([3 * edge + np.arange(3) for arm in ARMS for edge in arm]
 _BANDS = (2.3, 0.28, 0.115)
 """Seconds: standard deviations of the Gaussians that leave an arm's numbers below 0.06 and between 0.5 and 1.15 Hz. Above there
 are none: with them hands tremble more than people's. Between, hands get about by what they hear."""
-_OPENS, _FIRST = 0.3, 2.5
+_OPENS, _FIRST = 0.3, 2.7
 """Shares of chance in how far both arms are open, which mood tells, and how far from the usual a take begins, as a multiple of
 later: a short line is but a beginning, and the next one is to begin elsewhere."""
 BEYOND = math.ceil(4 * _BANDS[0] * FPS)

@@ -15,6 +15,9 @@ RAISE_TIME = 0.5  # seconds before speech in which control returns to the networ
 
 _STEADY = np.array([-1, 4, 10, 4, -1]) / 16
 """Weights of five frames: flat up to beats (0.97 at 2 Hz, 0.88 at 3 Hz), nothing of what trembles from frame to frame."""
+_STILL, _HELD, _EASE = 16.0, 0.3, 0.15
+"""Degrees a second from which on an arm is hardly smoothed any more, over how many seconds, and over which its speed is taken:
+the network's arms never hold quite still, calm ones moved by 12 degrees a second in the middle, and by 7 with this."""
 _MAX_ANGLE = np.radians(170)  # from rest; beyond it interpolation to rest could flip direction
 _BOWED, _DEEPER, _LONG = 34.0, 8.0, 1.0
 """Degrees of a neck's tilt from which on it hangs and less than which more is left, and seconds over which it does: captured
@@ -135,6 +138,18 @@ def remove_jitter_of_numbers(track: np.ndarray, kept: np.ndarray | tuple = ()) -
     kept = np.asarray(kept, int)
     calm[kept] = track[kept]
     return calm
+
+
+def hold_still(directions: np.ndarray, kept: np.ndarray | tuple = ()) -> np.ndarray:
+    """Smooth arms of directions ``(frames, 9, 3)`` where they hardly move, as people's are still then; ``kept`` frames stay."""
+    if len(directions) < 2:
+        return directions
+    arms, result = directions[:, skeleton.ARMS].astype(float), directions.copy()
+    speed = np.degrees(np.linalg.norm(np.gradient(arms, axis=0), axis=-1).max(-1)) * skeleton.FPS
+    share = np.exp(-((gaussian(speed, _EASE * skeleton.FPS) / _STILL) ** 2))[..., None, None]
+    share[np.asarray(kept, int)] = 0
+    result[:, skeleton.ARMS] = skeleton.normalize(arms + share * (gaussian(arms, _HELD * skeleton.FPS) - arms))
+    return result
 
 
 def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -20,11 +20,6 @@ def assign_bones(armature: ArmatureObject, part: str, names: list[str]) -> None:
     readiness.clear_cache(armature)
 
 
-def gesturing_bones(armature: ArmatureObject) -> list[str]:
-    """Return the names of the bones that are animated."""
-    return [name for row in readiness.readiness_of(armature).rows for name in row.bones if name in armature.data.bones]
-
-
 class S2AG_OT_bones_from_selection(OfCharacter, bpy.types.Operator):
     """Take the bones that are selected in pose mode, from the body outwards"""
 
@@ -60,7 +55,8 @@ class S2AG_OT_select_bones(OfCharacter, bpy.types.Operator):
         context.view_layer.objects.active = armature
         if armature.mode != "POSE":
             bpy.ops.object.mode_set(mode="POSE")
-        compat.select_bones(armature, gesturing_bones(armature))
+        rows = readiness.readiness_of(armature).rows
+        compat.select_bones(armature, [name for row in rows for name in row.bones if name in armature.data.bones])
 
 
 class S2AG_OT_test_pose(OfCharacter, bpy.types.Operator):

@@ -48,10 +48,6 @@ def _declared(about: dict[str, Any]) -> Any:
     return kind(**about, override=EDITABLE, **({"update": update_preview} if is_previewed else {}))
 
 
-def _switch(label: str, tip: str) -> Any:
-    return bpy.props.BoolProperty(name=label, description=tip, override=EDITABLE, options=set())
-
-
 def _property(one: Setting) -> Any:
     """Return the deferred Blender property of a setting."""
     about: dict = {"name": one.label, "description": one.tip, "override": EDITABLE}
@@ -79,7 +75,10 @@ def _property(one: Setting) -> Any:
 class SettingProperties:
     """The properties of both tables, a part of a character's settings."""
 
-    __annotations__ = {name: _switch(*texts) for name, texts in SWITCHES.items()}
+    __annotations__ = {
+        name: bpy.props.BoolProperty(name=label, description=tip, override=EDITABLE, options=set())
+        for name, (label, tip) in SWITCHES.items()
+    }
     __annotations__ |= {identifier: _property(one) for identifier, one in SETTINGS.items()}
     __annotations__ |= {name: _declared(about) for name, about in json.loads(_TABLE.read_text("utf-8")).items()}
 

@@ -86,6 +86,20 @@ def test_softening_takes_tremble_and_leaves_gestures():
     assert angles(rest.remove_jitter(shaken), turned)[1:-1].mean() < 0.3 * angles(shaken, turned).mean()
 
 
+def test_arms_that_hardly_move_are_held_and_others_and_given_frames_stay():
+    time = np.arange(120) / skeleton.FPS
+    drawn = np.tile(rest.REST, (120, 1, 1)).astype(np.float32)
+    left, right = map(list, skeleton.ARMS)
+    drawn[:, left] = skeleton.rotate_about_axis(drawn[:, left], 0, 1.5 * np.sin(2 * np.pi * 1.2 * time))  # wavers
+    drawn[:, right] = skeleton.rotate_about_axis(drawn[:, right], 0, 20 * np.sin(2 * np.pi * 1.2 * time))  # beats
+    held = rest.hold_still(drawn, [30])
+    ways = [[angles(each[50:70, arm], drawn[:1, arm]).max() for each in (held, drawn)] for arm in (left, right)]
+    moved = [after / before for after, before in ways]
+    assert moved[0] < 0.5 and moved[1] > 0.99
+    np.testing.assert_allclose(held[30], drawn[30], atol=1e-6)
+    np.testing.assert_array_equal(rest.hold_still(drawn[:1]), drawn[:1])
+
+
 @pytest.mark.parametrize("away", [1e-6, 1e-5, 1e-4, 2e-4, 1e-3, 0.1, 2.0])
 def test_near_directions_are_told_apart_as_finely_as_far_ones(away):
     """What rounding changes stays as small as it was: an arc cosine of float32 made 0.0003 of it."""
