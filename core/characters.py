@@ -13,11 +13,6 @@ def is_builtin(name: str) -> bool:
     return name in ("human", "mannequin") or (name.startswith("human:") and not Path(name).suffix)
 
 
-def has_speaking_face(name: str) -> bool:
-    """Return whether a character is built in and has a face that can speak."""
-    return is_builtin(name) and name != "mannequin"
-
-
 def is_seat(text: str) -> bool:
     """Return whether a text says if a character sits: auto, off, on, or the height of its table in metres, as in 0.74."""
     return text in ("auto", "off", "on") or bool(re.fullmatch(r"[0-9]{1,3}(\.[0-9]+)?", text))

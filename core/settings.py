@@ -174,7 +174,7 @@ class Settings:
     )  # fmt: skip
     face: float = setting(
         0.0, low=0.0, high=2.0, soft_high=1.5, wrong="Face of {} is out of range.", shown=1.0, column=True, heard=True,
-        meta="set", by_character=lambda name: float(name is not None and characters.has_speaking_face(name)),
+        meta="set", by_character=lambda name: float(bool(name) and characters.is_builtin(name) and name != "mannequin"),
         restored=("face",), beside_arms=True, metavar="X",
         help="a speaking face: how far the mouth opens, 0 to 2 (--face alone: 1; default 0: none, 1 on human; docs/face.md)",
         label="Face Intensity", short="Intensity", tip="How far the mouth opens and brows rise",

@@ -128,6 +128,11 @@ def strip_slot(strip: bpy.types.NlaStrip, slot: Slot | None) -> None:
         strip.action_slot = slot
 
 
+def strip_curve(strip: bpy.types.NlaStrip, name: str) -> bpy.types.FCurve | None:
+    """Return the F-curve of an NLA strip's own property, such as its influence, or None."""
+    return strip.fcurves.find(name)
+
+
 def curves(action: bpy.types.Action, slot: Slot | None = None) -> list[bpy.types.FCurve]:
     """Return the F-curves of an action's ``slot``, of all slots if None."""
     if not hasattr(action, "slots"):

@@ -11,7 +11,7 @@ from .interpolation import sample_cubic
 FOREARMS = (5, 8)
 """Forearm edges of the left and the right hand."""
 _MIRROR = np.array([-1, 1, 1], np.float32)
-_FROM_DOWN, _HANGS = np.array([[1, -1, 0], [-1, -1, 0]], np.float32), 0.2
+_FROM_DOWN, _HANG = np.array([[1, -1, 0], [-1, -1, 0]], np.float32), 0.2
 """The way of each palm from facing down to facing the other one, and how far down those that hang (0.17) may face and stay."""
 
 
@@ -62,10 +62,9 @@ class Hands:
         before, after = (skeleton.normalize(part[:, FOREARMS].astype(float)) for part in (arms, others))
         return Hands.of(rotate_vectors(self.knuckles, before, after), rotate_vectors(self.palms, before, after), self.shape)
 
-    def turned_in(self, share: float) -> "Hands":
-        """Turn palms that face down to each other by a ``share`` of the way, less those that hardly do."""
-        down = np.maximum(self.palms[..., 1:2] - _HANGS, 0)
-        return Hands.of(self.knuckles, self.palms + share * down * _FROM_DOWN, self.shape)
+    def turned_in(self, part: float) -> "Hands":
+        """Turn palms that face down to each other by a ``part`` of the way, less those that hardly do."""
+        return Hands.of(self.knuckles, self.palms + part * np.maximum(self.palms[..., 1:2] - _HANG, 0) * _FROM_DOWN, self.shape)
 
     def scaled(self, directions: np.ndarray, strength: float) -> "Hands | None":
         """Blend towards straight wrists and relaxed hands on arms ``(frames, 9, 3)``; 1 changes nothing, 0 returns None."""

@@ -16,8 +16,7 @@ RAISE_TIME = 0.5  # seconds before speech in which control returns to the networ
 _STEADY = np.array([-1, 4, 10, 4, -1]) / 16
 """Weights of five frames: flat up to beats (0.97 at 2 Hz, 0.88 at 3 Hz), nothing of what trembles from frame to frame."""
 _STILL, _HELD, _EASE = 16.0, 0.3, 0.15
-"""Degrees a second from which on an arm is hardly smoothed any more, over how many seconds, and over which its speed is taken:
-the network's arms never hold quite still, calm ones moved by 12 degrees a second in the middle, and by 7 with this."""
+"""Degrees a second at which arms are hardly held still any more, seconds over which they are, and of which that is the mean."""
 _MAX_ANGLE = np.radians(170)  # from rest; beyond it interpolation to rest could flip direction
 _BOWED, _DEEPER, _LONG = 34.0, 8.0, 1.0
 """Degrees of a neck's tilt from which on it hangs and less than which more is left, and seconds over which it does: captured

@@ -33,8 +33,7 @@ _MIN_CALM = 1e-3
 _WAITS = 3.0
 """Seconds of whole rest from which on who is silent waits as a listener does."""
 _TURNED = 0.85
-"""Share by which palms that face down turn to each other, as those of captured talkers do. One man's wrists were not captured:
-his palms face down all the time, and the network learnt it, so that half of the arms held ahead had a sleepwalker's hands."""
+"""Share by which palms that face down turn to each other: a captured man's do all the time, as his wrists were not captured."""
 _SHORT = 4096
 """Frames of a take below which several threads finish takes no faster: they wait for one another at every small array."""
 _MARKED = 0.6

@@ -315,7 +315,7 @@ def _play(strip: bpy.types.NlaStrip, action: bpy.types.Action, armature: Armatur
 def _key_influence(strip: bpy.types.NlaStrip, place: Place) -> None:
     """Key the influence over the strip's frames; Blender uses only a keyed one, and then no blend in and out."""
     strip.use_animated_influence = True
-    curve = strip.fcurves.find("influence")
+    curve = compat.strip_curve(strip, "influence")
     if curve is not None:
         curve.keyframe_points.clear()
     keys = {place.first: place.influence, place.last: place.influence}

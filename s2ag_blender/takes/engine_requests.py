@@ -53,7 +53,7 @@ def request(settings: Any, audio: str = "") -> dict:
             params[name] = {part: _value(settings, about) for part, about in table(setting.parts).items()}
         elif setting.label and not setting.words and _is_sent(settings, setting):
             params[name] = _value(settings, setting)
-    params["style"] = menu_items.style_expression(settings)
+    params |= menu_items.style_parameter(settings)
     params |= sources.words_parameters(settings, "" if settings.audio_source == "MIXDOWN" else audio)
     models = {one.name: _value(settings, one) for one in sliders(Models)}
     if not set(names_with(alternatives="words")) & set(params):

@@ -65,6 +65,11 @@ def style_description(settings: Any) -> str:
     return next((one["description"] for one in speakers_and_controls(settings)["speakers"] if one["name"] == name), "")
 
 
+def style_parameter(settings: Any) -> dict[str, str]:
+    """Return the engine's parameter of the style."""
+    return {"style": style_expression(settings)}
+
+
 def style_expression(settings: Any) -> str:
     """Return the style for the engine: the chosen one, blended with the second style where there is one."""
     first, share = settings.style, round(settings.style_mix, 4)

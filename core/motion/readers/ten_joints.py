@@ -70,9 +70,8 @@ def directions(posed: Posed, paper: bool = False, where: str = "The skeleton") -
     if missing:
         message = f"{where} has no joint for {', '.join(missing).replace('_', ' ')}."
         raise CorpusUnreadable(message, "Name the joints as Mixamo, SMPL-X or Trinity do.")
-    turn = frontal(posed)
-    found = posed.positions[:, [posed.row(role) for role in PAPER]] if paper else _joints(posed)
-    joints = np.einsum("fij,fkj->fki", turn, found)
+    joints = posed.positions[:, [posed.row(role) for role in PAPER]] if paper else _joints(posed)
+    joints = np.einsum("fij,fkj->fki", frontal(posed), joints)
     return skeleton.to_directions(skeleton.y_up_to_canonical(joints)).astype(np.float32)
 
 

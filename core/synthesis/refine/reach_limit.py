@@ -34,8 +34,7 @@ of captured frames, but "stop it" needs 0.5. And metres by which a straight arm'
 def ahead_limit(body: Body, free: np.ndarray) -> Iterator[Correction]:
     """Wrists too far ahead, as :func:`reach_limit` may lead them, come back at their height."""
     for arm in body.arms:
-        ahead = dot(arm.wrist - arm.shoulder, arm.front)[0]
-        yield _led(arm, -free * bounded(ahead - _AHEAD, _LAST), arm.front)
+        yield _led(arm, -free * bounded(dot(arm.wrist - arm.shoulder, arm.front)[0] - _AHEAD, _LAST), arm.front)
 
 
 def high_hands(body: Body, free: np.ndarray) -> Iterator[Correction]:

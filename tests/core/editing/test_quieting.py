@@ -48,7 +48,7 @@ def talks(director, shared):
 
 
 def test_a_range_at_rest_has_one_stroke_at_most_and_joins_in_one_press(director, request_, base):
-    start, stop = 3.0, 9.0
+    start, stop = 5.0, 11.0
     motion = director.direct(request_, [{"do": "rest", "from": start, "to": stop}]).motions[0]
     assert len(strokes(base, start, stop)) >= 4 and len(strokes(motion, start, stop)) <= 1
     first, last = changed(base, motion)
