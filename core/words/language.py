@@ -112,7 +112,7 @@ def _letters(path: Path) -> dict[str, str]:
         letters = json_text.read(path, _MAX_LETTERS_BYTES)
     except (OSError, json_text.NotJson) as error:
         raise TranscriptUnreadable(f"{path} is not valid JSON.", _REMEDY) from error
-    rules = letters.items() if isinstance(letters, dict) else [("", None)]
-    if not all(key and isinstance(phones, str) and len(phones) <= _MAX_RULE_LENGTH for key, phones in rules):
+    right = isinstance(letters, dict) and "" not in letters and all(isinstance(phones, str) for phones in letters.values())
+    if not right or max(map(len, letters.values()), default=0) > _MAX_RULE_LENGTH:
         raise TranscriptUnreadable(f"{path} does not map letters to phones.", 'Write {"sch": "SH", "a": "AA", ...}.')
     return {key.lower(): value for key, value in letters.items()}
