@@ -32,7 +32,8 @@ def parse(text: str | bytes, largest: int = MAX_BYTES, once: bool = False) -> An
         raise NotJson(f"it is larger than {largest // 1_000_000 or 1} MB")
     try:
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text.removeprefix("\ufeff")
-        value = json.loads(text, parse_int=_parse_integer, object_pairs_hook=_unique_keys if once else None)
+        twice = _unique_keys if once else None
+        value = json.loads(text, parse_int=lambda n: int(n) if len(n) <= _MAX_DIGITS else float(n), object_pairs_hook=twice)
     except UnicodeDecodeError as error:
         raise NotJson("it is no text in UTF-8") from error
     except json.JSONDecodeError as error:
@@ -59,10 +60,6 @@ def _check_depth(value: Any) -> None:
         if depth > MAX_DEPTH:
             raise NotJson(_TOO_DEEP)
         level = [inner for item in level for inner in (item.values() if isinstance(item, dict) else item)]
-
-
-def _parse_integer(digits: str) -> int | float:
-    return int(digits) if len(digits) <= _MAX_DIGITS else float(digits)
 
 
 def _unique_keys(pairs: list[tuple[str, object]]) -> dict:

@@ -57,11 +57,16 @@ def _places(slow: np.ndarray, first: int) -> np.ndarray:
     """Let less of slow numbers ``(frames, 12)`` open both arms, and put each arm's equally far from the usual at the start."""
     arms = slow.reshape(len(slow), len(ARMS), -1, 3).copy()
     arms[..., 0] += 0.5 * (1 - _OPENS) * (arms[:, ::-1, :, 0] - arms[..., 0])
-    begins = np.exp(-0.5 * (np.arange(first, first + len(slow)) / (_BANDS[0] * FPS)) ** 2)[:, None]
+    begins = beginning(first, first + len(slow))[:, None]
     length = np.maximum(np.linalg.norm(arms, axis=(2, 3)), 1e-6)
     usual = math.sqrt(arms[0, 0].size / (2 * math.sqrt(math.pi) * _BANDS[0] * FPS))  # of so much white noise, smoothed
     far = (usual * (1 + (_FIRST - 1) * begins) / length) ** begins
     return (arms * far[..., None, None]).reshape(slow.shape).astype(np.float32)
+
+
+def beginning(start: int, stop: int) -> np.ndarray:
+    """Return how much the frames ``start`` to ``stop`` belong to the beginning of a take ``(stop - start,)``, 1 to 0."""
+    return np.exp(-0.5 * (np.arange(start, stop) / (_BANDS[0] * FPS)) ** 2)
 
 
 def _to_and_fro(beats: np.ndarray, slow: np.ndarray) -> np.ndarray:

@@ -22,8 +22,8 @@ _DEVIATIONS = np.array([0.95, 4.8, 0.10, 1.0, 6.0, 2.0, 0.7, 3.0, 3.0])
 """Of the features :data:`speech_units.NAMES`. The first four are of acted speech: their mean tells high from low arousal with
 0.99 on 535 sentences of ten people to whom nothing was fitted (0.94 for the worst). The others: centres of four readers,
 deviations of acted speech."""
-_LIMIT = 3.0
-"""Deviations from the centre at which a feature counts no further."""
+_LIMIT = np.array([3.0, 3, 3, 3, 3, 3, 3, 1, 3])
+"""Deviations from the centre at which a feature counts no further. A range of over 9.5 semitones is creak, no melody."""
 _AROUSAL = 4
 """The first features, whose mean is arousal."""
 _ORDINARY, _ABOVE, _BELOW = 0.1, 1.1, 0.9
@@ -84,7 +84,7 @@ def hear(
 def rate(units: Units, said: np.ndarray) -> np.ndarray:
     """Return the affect ``(u, 3)`` of each unit of speech, -1..1; ``said`` ``(u, 2)``: valence and dominance of its words."""
     heard, voice = _smooth(units)
-    scores = np.clip(np.nan_to_num((heard - _CENTRES) / _DEVIATIONS), -_LIMIT, _LIMIT)
+    scores = np.clip(np.nan_to_num((heard - _CENTRES) / _DEVIATIONS), -3, _LIMIT)
     known = np.isfinite(heard[:, :_AROUSAL]).sum(1)
     aroused = scores[:, :_AROUSAL].sum(1) / np.maximum(known, 1)
     valence = scores @ _VALENCE + _VALENCE_OF_AROUSAL * aroused - _CLEAN

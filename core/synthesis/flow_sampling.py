@@ -65,7 +65,7 @@ class _Plan:
         self.network, self.performers, self.asked, self.tempo = network, performers, asked, tempo
         self.kept = self.mask, self.poses = performers.given(frames).whole(frames)
         self.styles = performers.on_the_way(frames if performers.varies else 1)
-        scale = performers.chance(frames)[:, None, None] * (np.ones((1, 10, 2)) if lively is None else lively)
+        scale = performers.chance(frames)[:, None] * (np.ones((1, 10, 2)) if lively is None else lively)
         self.lively = scale[:, np.minimum(np.arange(network.noise_size) // 3, 9)].astype(np.float32)
         if tempo is not None:
             self.mask, self.poses = tempo.given(*self.kept)

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import styles
 from ..errors import UsageError
+from ..model.noise import beginning
 from ..motion import rest, skeleton
 from ..settings import CONTROLS
 from . import accent_selection, constraints, curves
@@ -20,6 +21,8 @@ SIZE = np.array([[1.18, 0.75, 0.75, *[1.18] * 6]])
 and heads are bowed and turned by a half more, and faster, than people's."""
 _MIN_INTENSITY = 0.2
 """Intensity below which a kept frame is enlarged no further for the network."""
+_BEGINS = 4.0
+"""How much of the chance that a calm performer lacks comes back where takes begin, as a multiple: all would begin alike."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +85,9 @@ class StyleSequence:
         return points if self.steer is None else self.steer(points)
 
     def chance(self, frames: int) -> np.ndarray:
-        """Return the scale of the noise at every frame ``(frames,)``: calm performers have less than 1."""
-        return self._over(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
+        """Return the scale of the noise in bands at every frame ``(frames, 2)``: calm performers have less than 1."""
+        own = self._over(self.chances[:, None], frames)[:, 0] if self.walks else np.full(frames, self.chances[0])
+        return np.stack([own * (1 + _BEGINS * beginning(0, frames) * np.maximum(1 - own, 0)), own], axis=1)
 
     def taste(self, frames: int) -> np.ndarray | None:
         """Return ``tastes`` at every frame ``(frames, 8)``, or ``(1, 8)`` where they stay; None where they are not known."""

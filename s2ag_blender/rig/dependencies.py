@@ -91,7 +91,8 @@ def dependencies_of(item: bpy.types.Object) -> set[bpy.types.Object]:
     while queue:
         if (reference := queue.pop()) not in objects:
             objects.add(reference)
-            queue += _references(reference)
+            targets = (target for _, _, target in _target_slots(reference) if isinstance(target, bpy.types.Object))
+            queue += [*targets, *([reference.parent] if reference.parent else [])]
     return objects
 
 
@@ -162,9 +163,3 @@ def _target_slots(item: bpy.types.Object) -> Iterator[tuple[object, str, bpy.typ
             for target in variable.targets:
                 if target.id is not None:
                     yield target, "id", target.id
-
-
-def _references(item: bpy.types.Object) -> list[bpy.types.Object]:
-    """Return the objects to which an object refers by constraints, drivers and its parent."""
-    targets = [target for _, _, target in _target_slots(item) if isinstance(target, bpy.types.Object)]
-    return targets + ([item.parent] if item.parent else [])

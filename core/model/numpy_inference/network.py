@@ -107,7 +107,9 @@ class NumpyNetwork:
         then for extras."""
         mask = seeds[:, -1:]
         given = (seeds[:, :-1] - self._centre) / self._scale
-        own = np.broadcast_to(self._exaggerated(np.asarray(style, np.float32)), (len(seeds), self.config.style_size))
+        mean = self.speakers[0].mean(axis=0)  # styles are extrapolated away from it
+        style = mean + np.float32(self.config.flow_style) * (np.asarray(style, np.float32) - mean)
+        own = np.broadcast_to(style, (len(seeds), self.config.style_size))
         noise = noise * np.array(noise_scale(self.config), np.float32)
         parts = np.split(noise + mask * (given - noise), [_POSE], axis=1)
         samples = []
@@ -133,11 +135,6 @@ class NumpyNetwork:
         last = min(int(filled[-1]) + 1 + affect_reach(self.config), len(seeds)) if len(filled) else 1
         result[:last] = self._affect(seeds[:last, :_POSE].reshape(last, len(EDGES), 3)) * mask[:last]
         return result
-
-    def _exaggerated(self, style: np.ndarray) -> np.ndarray:
-        """Extrapolate styles away from the mean of all speakers."""
-        mean = self.speakers[0].mean(axis=0)
-        return mean + np.float32(self.config.flow_style) * (style - mean)
 
     def _emphasized(self, features: np.ndarray) -> np.ndarray:
         """Extrapolate voice and prosody away from the features of silence."""

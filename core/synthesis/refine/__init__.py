@@ -13,7 +13,7 @@ from .. import constraints
 from .body import Body, Correction, Rule
 from .elbow_wings import elbow_wings
 from .face_clearance import face_clearance
-from .reach_limit import ahead_limit, both_aside, high_hands, reach_limit
+from .reach_limit import ahead_limit, both_aside, hanging_aside, high_hands, reach_limit
 from .speed_limit import speed_limit
 
 __all__ = ["DRAWN", "RULES", "Body", "Correction", "Rule", "possible_poses", "refine"]
@@ -30,7 +30,7 @@ RULES: tuple[Rule, ...] = (
     *(reach_limit, elbow_wings, speed_limit, possible_poses),  # and slower arms cut corners
 )
 """In this order. At intensity 1.5 one round leaves 0.3 hasty wrists and 0.3 reaches a minute, this one 0.06 and 0.03."""
-DRAWN: tuple[Rule, ...] = (both_aside, high_hands)
+DRAWN: tuple[Rule, ...] = (both_aside, hanging_aside, high_hands)
 """For what a network draws, before gestures are shown: some of those mean it."""
 _LEAST = 1e-4
 """Change of a direction, 0.006 degrees, that nobody sees: without it the ends of corrections reach seconds away."""

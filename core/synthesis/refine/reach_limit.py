@@ -44,6 +44,14 @@ def high_hands(body: Body, free: np.ndarray) -> Iterator[Correction]:
         yield _led(arm, free * bounded(gaussian(np.maximum(high, 0), _EASE * skeleton.FPS), _HIGHER), arm.down)
 
 
+def hanging_aside(body: Body, free: np.ndarray) -> Iterator[Correction]:
+    """Arms that hang come in to the body."""
+    for arm in body.arms:
+        aside, low = dot(arm.wrist - arm.shoulder, arm.out, arm.down)
+        wide = np.maximum(aside - _BOTH_HANG, 0) * smoothstep(low, _ENDS, _HANGS)
+        yield _led(arm, -free * bounded(gaussian(wide, _EASE * skeleton.FPS), _WIDER), arm.out)
+
+
 def _led(arm: Arm, far: np.ndarray, way: np.ndarray) -> Correction:
     """The arm whose wrist is led so ``far`` ``(frames,)`` on a ``way`` ``(frames, 3)``; the elbow bends and sinks."""
     here = np.flatnonzero(far)

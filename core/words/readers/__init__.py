@@ -21,7 +21,7 @@ def parse(content: str, path: Path) -> Source:
     head = content.lstrip("\ufeff \t\r\n")
     if path.suffix.lower() == ".json" or re.match(r'[\[{]\s*(["\[{]|[\]}]\s*$)', head):
         source = jsons.parse(content, path)
-    elif is_textgrid(head):
+    elif "ootextfile" in head[:200].lower() and "textgrid" in head[:400].lower():  # Praat's
         source = _textgrid(content, path)
     elif (form := subtitle_format(head)) is not None:
         source = _subtitles(content, form, path)
@@ -32,11 +32,6 @@ def parse(content: str, path: Path) -> Source:
     else:
         return Source("plain text", [Item(content)])
     return Source(source.form, _sort(source.items))
-
-
-def is_textgrid(head: str) -> bool:
-    """Return whether a text begins like a Praat TextGrid."""
-    return "ootextfile" in head[:200].lower() and "textgrid" in head[:400].lower()
 
 
 def subtitle_format(head: str) -> str | None:

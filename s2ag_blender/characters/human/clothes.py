@@ -2,7 +2,6 @@
 
 The skin below is left out, so it cannot show through a sleeve in any pose."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,7 +55,8 @@ class Tailor:
         """Make a crew-neck jumper with ribbed collar, cuffs and hem."""
         cloth = Surface.of(self.points, data.base_mesh().faces["helper-tights"], self.weights)
         cloth = cloth.softened(4).smoothed(14).offset(0.009)
-        for distance in (self.above_hem, lambda points: -self.above_collar(points), *self._wrists()):
+        wrists = (lambda points, side=side: 0.9 - self.along_forearm(points, side) for side in "lr")
+        for distance in (self.above_hem, lambda points: -self.above_collar(points), *wrists):
             cloth = skinned_surface.cut(cloth, distance(cloth.points))
         loops = skinned_surface.loops(cloth)
         for loop in loops:
@@ -98,9 +98,6 @@ class Tailor:
         points[:, 2] = np.maximum(points[:, 2], 0.0)
         low = points[shoe.faces, 2].max(1) < 0.022
         return Surface(points, shoe.faces, shoe.weights, np.where(low, _SOLE, _SHOE))
-
-    def _wrists(self) -> list[Callable[[np.ndarray], np.ndarray]]:
-        return [lambda points, side=side: 0.9 - self.along_forearm(points, side) for side in "lr"]
 
     def _way_off(self, ring: np.ndarray) -> tuple[np.ndarray, list[tuple[float, float]]]:
         """Return the direction off a border loop of the jumper and the profile of its rib: cuff, hem or collar."""

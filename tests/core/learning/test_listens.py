@@ -159,6 +159,7 @@ def test_the_closest_pair_of_beginnings_is_named():
     result = one_seed.beginnings(Performer(True), talks, "calm")
     assert result["pair"] == ["a", "a again"] and result["closest"] == pytest.approx(0, abs=0.1)
     assert result["most_alike"] == pytest.approx(1) and result["median"] > 5 and result["two_seeds"] > 5
+    assert result["alike"] == pytest.approx(1 / 6)
 
 
 def test_sliders_are_ratios_to_the_middle():

@@ -1,7 +1,7 @@
 """Chance in bands: any part is that of the whole, lines begin far from one another, and mood, not chance, opens arms."""
 
 import numpy as np
-from s2ag.core.model.noise import BEYOND, in_bands, noise
+from s2ag.core.model.noise import BEYOND, beginning, in_bands, noise
 from s2ag.core.motion import skeleton
 
 PLACES = np.zeros((1, 27, 2)) + [1.0, 0.0]  # where hands live, without beats
@@ -25,6 +25,12 @@ def test_takes_begin_equally_far_from_the_usual_and_get_nearer_to_it():
     np.testing.assert_allclose(starts, starts[0, 0], rtol=1e-4)
     later = np.stack([np.linalg.norm(arms(seed, 300)[-60:], axis=(2, 3)) for seed in range(40)])
     assert 2 < starts[0, 0] / later.mean() < 3.5 and np.ptp(later.mean(axis=(1, 2))) > 0.05
+
+
+def test_a_take_begins_gradually_less():
+    begins = beginning(0, 200)
+    assert begins[0] == 1 and (np.diff(begins) < 0).all() and begins[-1] < 1e-6
+    np.testing.assert_array_equal(beginning(50, 200), begins[50:])
 
 
 def test_chance_moves_both_arms_aside_more_than_apart():

@@ -124,6 +124,16 @@ def test_without_a_voice_nothing_is_heard(sound):
     assert not hear(sound).any()
 
 
+def test_creak_is_no_melody_that_pleases():
+    def valence(semitones):
+        features = affect._CENTRES.copy()[None]
+        features[0, speech_units.NAMES.index("range")] = semitones
+        units = speech_units.Units(np.array([[0.0, 2.0]]), np.ones(1), features, np.full(1, -50.0))
+        return affect.rate(units, np.zeros((1, 2)))[0, 1]
+
+    assert valence(5) < valence(7) < valence(9) and valence(12) == valence(20)
+
+
 def test_half_a_second_is_enough_to_be_sensible(acted):
     for sound in acted.values():
         heard = hear(sound[12000:20000])

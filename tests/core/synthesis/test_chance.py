@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from s2ag.core.editing import provenance, retiming
+from s2ag.core.learning.evaluate import figures
 from s2ag.core.learning.evaluate.listens import bearing
 from s2ag.core.motion import skeleton
 from s2ag.core.sampling import sheet
@@ -188,3 +189,14 @@ def test_one_handed_styles_leave_it_to_one_hand_and_a_hand_that_is_asked_for_tak
     assert 0.4 < right("sales rep") < 0.6
     assert right_handed > 0.6 and left_handed < 0.4, (right_handed, left_handed)
     assert right("brisk presenter", hand=-1.0) < 0.4 and right("sales rep", hand=1.0) > 0.6
+
+
+@pytest.mark.parametrize("style", ["shy student", "deadpan"])
+def test_lines_of_calm_styles_begin_differently_too(session, sound, tmp_path, style):
+    begins = []
+    for number, first in enumerate(range(0, len(sound) - 3 * RATE, RATE)):
+        path = tmp_path / f"{number}.wav"
+        write_wav(path, sound[first : first + 3 * RATE])
+        begins.append(session.synthesize(Request(path, style=style)).motions[0].directions[:30])
+    apart = [figures.mean_arm_angle(np.stack(pair)) for pair in itertools.combinations(begins, 2)]
+    assert len(begins) >= 8 and np.mean(np.array(apart) < 8) < 0.05 and np.median(apart) > 20

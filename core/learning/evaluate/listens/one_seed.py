@@ -14,6 +14,8 @@ from .emotion import Progress, silent
 
 BEGINNING = 2.0
 """Seconds of a line by which a viewer notices that two begin alike."""
+ALIKE = 12.0
+"""Degrees between the arms, in the mean of that time, within which two lines look as if they began alike."""
 
 
 def measure(generator: Generator, talks: Sequence[Talk], styles: Sequence[str], progress: Progress = silent) -> dict:
@@ -45,7 +47,8 @@ def beginnings(generator: Generator, lines: Sequence[Talk], style: str, progress
     """Compare the first two seconds of short lines, performed at seed 0 as in one batch, pair by pair.
 
     ``closest``: degrees between the arms of the closest pair, ``pair`` its names, ``median`` of all pairs; ``most_alike``: the
-    highest correlation of wrist paths; ``two_seeds``: degrees between seed 0 and 1 of each line, their median.
+    highest correlation of wrist paths; ``alike``: the share of pairs closer than :data:`ALIKE`; ``two_seeds``: degrees between
+    seed 0 and 1 of each line, their median.
     """
     first, again, count = [], [], round(BEGINNING * skeleton.FPS)
     for number, line in enumerate(lines):
@@ -61,6 +64,7 @@ def beginnings(generator: Generator, lines: Sequence[Talk], style: str, progress
         "closest": apart[nearest],
         "pair": [lines[row].name for row in pairs[nearest]],
         "median": float(np.median(apart)),
+        "alike": float(np.mean(np.array(apart) < ALIKE)),
         "most_alike": float(np.max(alike)),
         "two_seeds": float(np.median([_apart(*both) for both in zip(first, again, strict=True)])),
     }

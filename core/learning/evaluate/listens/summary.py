@@ -84,7 +84,8 @@ def evaluate(setting: Setting, progress: Progress = silent) -> dict:
         }
         lines = recordings.lines(spoken, LINES)
         if len(lines) > 1:
-            result["beginnings"] = one_seed.beginnings(generator, lines, generator.known(""), progress)
+            begins = {style: one_seed.beginnings(generator, lines, style, progress) for style in generator.names}
+            result["beginnings"] = {**begins[generator.known("")], "styles": begins}
         result["emotion"] = {path.name: _emotion(generator, path, setting.reading, styles, progress) for path in setting.acted}
         result["own_speech"] = _own_speech(generator, spoken, setting.corpus, styles, progress)
         if generator.steerable:
@@ -153,8 +154,11 @@ def _seed_rows(result: dict) -> list[Row]:
         Row("one recording at two seeds, correlation", same["two_seeds"]),
     ]
     if "beginnings" in result:
-        table.append(Row("closest beginnings of short lines, degrees", result["beginnings"]["closest"]))
-        table.append(Row("most alike beginnings, correlation", result["beginnings"]["most_alike"]))
+        usual, every = result["beginnings"], result["beginnings"]["styles"].values()
+        table.append(Row("closest beginnings of short lines, degrees", usual["closest"]))
+        table.append(Row("most alike beginnings, correlation", usual["most_alike"]))
+        table.append(Row("closest beginnings, degrees, least of styles", min(one["closest"] for one in every)))
+        table.append(Row("share of alike beginnings, all styles", sum(one["alike"] for one in every) / len(every)))
     return table
 
 

@@ -4,7 +4,7 @@ from reaching import reaching
 from refining import apply
 from s2ag.core.motion import limits, rest, skeleton
 from s2ag.core.synthesis.refine import refine
-from s2ag.core.synthesis.refine.reach_limit import ahead_limit, both_aside, high_hands, reach_limit
+from s2ag.core.synthesis.refine.reach_limit import ahead_limit, both_aside, hanging_aside, high_hands, reach_limit
 
 
 def beyond(pose: np.ndarray, side: int) -> float:
@@ -128,6 +128,19 @@ def test_hands_that_are_held_up_come_down_and_beat_as_far_as_before(side):
     assert np.ptp(after[:, 1]) > 0.9 * np.ptp(before[:, 1])
     low = stretched(side, 20, -60)
     np.testing.assert_array_equal(apply(high_hands, low), low)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_an_arm_that_hangs_away_from_the_body_comes_in_at_the_height_of_its_hand(side):
+    pose = stretched(side, 90, -65)
+    before, after = (skeleton.to_positions(each)[0] for each in (pose, apply(hanging_aside, pose)))
+    upper, lower = skeleton.ARMS[side]
+    (shoulder, elbow), wrist = skeleton.EDGES[upper], skeleton.EDGES[lower][1]
+    far = [abs(each[wrist, 0] - each[shoulder, 0]) for each in (before, after)]
+    assert far[0] > 0.26 and 0.13 < far[1] < 0.22 and abs(after[wrist, 1] - before[wrist, 1]) < 0.06
+    assert not limits.backward_elbows(apply(hanging_aside, pose)).any()
+    for near in (stretched(side, 90, -85), stretched(side, 90, -20)):
+        np.testing.assert_array_equal(apply(hanging_aside, near), near)
 
 
 def test_arms_open_smoothly():
