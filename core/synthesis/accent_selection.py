@@ -60,8 +60,8 @@ def accent_channels(
 ) -> np.ndarray | None:
     """Return the strokes that a take asks its network for, as channels ``(frames, 7)``; None without accents or speech.
 
-    ``tastes`` ``(frames, 8)`` or ``(1, 8)`` are the performer's, ``wishes`` the controls "rate", "hand" and "arousal" as
-    numbers or ``(frames,)``; ``key`` (seed, identity, speakers) keys the random numbers (:func:`noise.noise`). Frames that are
+    ``tastes`` ``(frames, 8)`` or ``(1, 8)`` are the performer's, ``wishes`` the controls "rate", "hand" and "arousal"
+    ``(frames,)``; ``key`` (seed, identity, speakers) keys the random numbers (:func:`noise.noise`). Frames that are
     ``taken`` ``(frames,)`` by other strokes are left alone. At ``turns`` (seconds) another style begins."""
     frames, accents = len(taken), rhythm.accents
     if not len(accents) or not len(rhythm.phrases):  # words may be accented where no voice is heard
@@ -71,7 +71,7 @@ def accent_channels(
     level = rhythm.features[at, prosody.FEATURE_NAMES.index("level")]
     taste_at = tastes[np.minimum(at, len(tastes) - 1)].copy()
     taste_at[:, 1] *= np.exp2(_LOUDER * np.clip(level, -1, 1))
-    controls = {name: np.ravel(value)[np.minimum(at, np.size(value) - 1)] for name, value in wishes.items()}
+    controls = {name: value[at] for name, value in wishes.items()}
     taste_at = _adapt_to_controls(taste_at, controls)
     chance = uniform(noise(key[0], key[1], 0, len(time), 6, key[2], _SALT))
     readiness = strength + _MAIN * main + _LEVEL * level
@@ -80,7 +80,7 @@ def accent_channels(
     strokes = _strokes(time[chosen], rank[chosen], taste_at[chosen], chance[chosen, 3])
     strokes[:, 1:4] += (_LATE - (_EARLY + _LATE) * chance[chosen, 5])[:, None]
     without = (chance[:, 4] < _PASSED) & (constraints.distance_to(time, time[chosen]) > _APART)
-    beside = _AROUND * np.exp2(-np.asarray(controls["rate"], float)[without])
+    beside = _AROUND * np.exp2(-controls["rate"][without])
     still = np.stack([time[without] - beside, time[without] + beside], axis=1)
     return stroke_requests.encode_requests(_outside(strokes, 1, 3, taken), _outside(still, 0, 1, taken), frames)
 

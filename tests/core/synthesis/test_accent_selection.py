@@ -36,8 +36,8 @@ def ask(accents):
     def made(taste=LIVELY, seed=0, wishes=PLAIN, taken=(), turns=(), take=0, **sounds):
         tastes = np.atleast_2d([accent_selection.speaker_taste(one) for one in (taste if isinstance(taste, list) else [taste])])
         mask = np.isin(np.arange(FRAMES), np.asarray(taken))
-        key = seed, (take, ()), {"somebody": 1.0}
-        return accent_selection.accent_channels(rhythm(accents, **sounds), tastes, wishes, key, mask, turns)
+        key, controls = (seed, (take, ()), {"somebody": 1.0}), {name: np.full(FRAMES, value) for name, value in wishes.items()}
+        return accent_selection.accent_channels(rhythm(accents, **sounds), tastes, controls, key, mask, turns)
 
     return made
 
