@@ -75,10 +75,11 @@ def _ease_arm(part: np.ndarray, edges: list[int], free: np.ndarray, top: Sequenc
     count = len(part)
     touched = [np.lib.stride_tricks.sliding_window_view(free, order + 1).any(1) for order in (1, 2)]
     own = part[:, edges].reshape(count, -1).astype(float)
-    weights = [np.zeros(len(steps)) for steps in touched]
+    weights, side = [np.zeros(len(steps)) for steps in touched], [last for _, last in skeleton.ARMS].index(edges[-1])
     path = own.copy()
     for _ in range(_MAX_PASSES):
-        over = [steps & (_step_sizes(result, edges[-1], order) > top[order - 1]) for order, steps in enumerate(touched, 1)]
+        moved = (np.diff(skeleton.wrists(result)[:, side], n=order, axis=0) for order in (1, 2))
+        over = [steps & (np.linalg.norm(way, axis=-1) > most) for steps, way, most in zip(touched, moved, top, strict=True)]
         if not any(steps.any() for steps in over):
             break
         grown = [np.maximum(weight * _WEIGHT_GROWTH, _FIRST_WEIGHT) for weight in weights]
@@ -116,9 +117,3 @@ def _smooth(own: np.ndarray, free: np.ndarray, weights: Sequence[np.ndarray]) ->
                 path[row] -= band[row] * path[row + ahead]
         path[row] /= middle[row]
     return path
-
-
-def _step_sizes(directions: np.ndarray, last: int, order: int) -> np.ndarray:
-    """Return how far the wrist of the arm with edge ``last`` moves per frame; with ``order`` 2, how much that changes."""
-    side = [edge for _, edge in skeleton.ARMS].index(last)
-    return np.linalg.norm(np.diff(skeleton.wrists(directions)[:, side], n=order, axis=0), axis=-1)

@@ -20,9 +20,8 @@ _OTHER_HAND, _LEADING_HAND = 1.2, 0.4
 """... and for the arm that never leads, and what the leading one gains: equal chance makes arms move more alike than people."""
 _CHANCE = np.array([1.0, 0.7, 0.7, 1.05, 1.03, 1.03, 1.05, 1.03, 1.03, 1.0])
 """... and of each direction and of hands: with equal chance heads turn twice as often as people's, and not with the arms."""
-_BANDS, _LED = np.array([1.5, 2.5]), np.array([1.0, 0.5])
-"""... and of an arm in each band (:func:`noise.in_bands`): people stay longer and beat more where their hands live. In which
-band how much of it depends on the hand that leads: the other one beats, too."""
+_BANDS, _LED = np.array([1.5, 2.6]), np.array([1.0, 0.5])
+"""... and of an arm in bands (:func:`noise.in_bands`): people stay and beat more. How much of each the leading hand decides."""
 
 
 class GeneratedTakes(NamedTuple):
@@ -64,7 +63,7 @@ def generate(
     kept = [frames for one in cast for frames in [one.given(heard.frames).frames] * len(one.latents)]
     calm = [rest.hold_still(rest.remove_jitter(*each), each[1]) for each in zip(drawn, kept, strict=True)]
     large = [rest.raise_head(rest.scale_amplitude(one, SIZE, pose)) for one, pose in zip(calm, poses, strict=True)]
-    arms = [refine.refine(one, rules=refine.DRAWN) for one in large]
+    arms = [refine.refine(one, rules=refine.DRAWN, given=at[1:]) for one, at in zip(large, kept, strict=True)]
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
     return GeneratedTakes(np.stack(arms), [rest.remove_jitter_of_numbers(*each) for each in zip(extras, kept, strict=True)])

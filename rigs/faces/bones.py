@@ -57,7 +57,9 @@ def find(bones: Bones, mapping: Mapping) -> dict[str, str]:
     """Find the face bones of an armature with a known body, by part; bones with constraints or drivers are ignored."""
     named = _by_name(bones, _beside_body(bones, mapping))
     taken = {bones.row(name) for name in named.values()}
-    free = [row for row in _below_head(bones, mapping) if row not in taken and not bones.driven[row]]
+    head = mapping.chains.get("head", ())
+    below = [row for row in range(len(bones.names)) if head and bones.row(head[-1]) in bones.ancestors(row)]
+    free = [row for row in below if row not in taken and not bones.driven[row]]
     return {**_by_position(bones, free, character_frame(bones, mapping), named), **named}
 
 
@@ -215,12 +217,6 @@ def _beside_body(bones: Bones, mapping: Mapping) -> list[int]:
     arms = {bones.row(name) for part, chain in mapping.chains.items() if "arm" in part or "hand" in part for name in chain}
     body = {bones.row(name) for chain in mapping.chains.values() for name in chain}
     return [row for row in range(len(bones.names)) if row not in body and not arms & set(bones.ancestors(row))]
-
-
-def _below_head(bones: Bones, mapping: Mapping) -> list[int]:
-    """Return the rows below the head; none if it is not mapped."""
-    head = mapping.chains.get("head", ())
-    return [row for row in range(len(bones.names)) if head and bones.row(head[-1]) in bones.ancestors(row)]
 
 
 def _spellings(name: str, side: str) -> list[str]:

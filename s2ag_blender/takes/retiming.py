@@ -108,15 +108,11 @@ def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
     replaced = bool(written) or not sources.is_same_file(now["path"], before["path"])
     trimmed = not stretched and max(map(abs, apart.values())) >= _MIN_SHIFT
     longer = apart["left"] <= -_MIN_SHIFT or apart["right"] >= _MIN_SHIFT
-    grown = trimmed and not replaced and longer and _is_cut(origin, now, by)
+    start, place = origin["start"], origin["place"]
+    cut = place["first"] - start > now["left"] + 1 or place["last"] - start < now["right"] - 2  # no keys for what shows now
+    grown = trimmed and not replaced and longer and cut
     changes = Change(by if abs(by) >= _MIN_SHIFT else 0.0, trimmed, grown, stretched, replaced)
     return changes if any(changes) else None
-
-
-def _is_cut(origin: dict[str, Any], now: dict[str, Any], by: float) -> bool:
-    """Return whether a take has no keys for some frames that its strip shows now."""
-    start, place = origin["start"], origin["place"]
-    return place["first"] - start > now["left"] + 1 or place["last"] - start < now["right"] - 2
 
 
 def follow(armature: ArmatureObject, scene: bpy.types.Scene, heard: Motion | None = None) -> Change:

@@ -13,7 +13,7 @@ from .. import constraints
 from .body import Body, Correction, Rule
 from .elbow_wings import elbow_wings
 from .face_clearance import face_clearance
-from .reach_limit import ahead_limit, both_aside, hanging_aside, high_hands, reach_limit
+from .reach_limit import ahead_limit, both_aside, brief_heights, hanging_aside, high_hands, reach_limit
 from .speed_limit import speed_limit
 
 __all__ = ["DRAWN", "RULES", "Body", "Correction", "Rule", "possible_poses", "refine"]
@@ -30,18 +30,20 @@ RULES: tuple[Rule, ...] = (
     *(reach_limit, elbow_wings, speed_limit, possible_poses),  # and slower arms cut corners
 )
 """In this order. At intensity 1.5 one round leaves 0.3 hasty wrists and 0.3 reaches a minute, this one 0.06 and 0.03."""
-DRAWN: tuple[Rule, ...] = (both_aside, hanging_aside, high_hands)
+DRAWN: tuple[Rule, ...] = (both_aside, hanging_aside, high_hands, brief_heights)
 """For what a network draws, before gestures are shown: some of those mean it."""
 _LEAST = 1e-4
 """Change of a direction, 0.006 degrees, that nobody sees: without it the ends of corrections reach seconds away."""
 
 
-def refine(directions: np.ndarray, kept: constraints.KeptFrames | None = None, rules: Sequence[Rule] = RULES) -> np.ndarray:
+def refine(
+    directions: np.ndarray, kept: constraints.KeptFrames | None = None, rules: Sequence[Rule] = RULES, given: Sequence[int] = ()
+) -> np.ndarray:
     """Apply ``rules`` to unit directions ``(frames, 9, 3)`` at 15 fps; what none of them corrects stays to the bit.
 
-    Frames that are ``kept`` are put in, and led to; rules set in beside them (:func:`constraints.freedom`)."""
+    Frames that are ``kept`` are put in, and led to; without any, ``given`` ones stay. Rules set in beside both."""
     result = np.array(directions, np.float32)
-    free = constraints.freedom(len(result), () if kept is None else kept.frames)
+    free = constraints.freedom(len(result), given if kept is None else kept.frames)
     body = Body(result)
     for rule in rules:
         result = body.directions.copy()

@@ -4,7 +4,14 @@ from reaching import reaching
 from refining import apply
 from s2ag.core.motion import limits, rest, skeleton
 from s2ag.core.synthesis.refine import refine
-from s2ag.core.synthesis.refine.reach_limit import ahead_limit, both_aside, hanging_aside, high_hands, reach_limit
+from s2ag.core.synthesis.refine.reach_limit import (
+    ahead_limit,
+    both_aside,
+    brief_heights,
+    hanging_aside,
+    high_hands,
+    reach_limit,
+)
 
 
 def beyond(pose: np.ndarray, side: int) -> float:
@@ -134,13 +141,31 @@ def test_hands_that_are_held_up_come_down_and_beat_as_far_as_before(side):
 def test_an_arm_that_hangs_away_from_the_body_comes_in_at_the_height_of_its_hand(side):
     pose = stretched(side, 90, -65)
     before, after = (skeleton.to_positions(each)[0] for each in (pose, apply(hanging_aside, pose)))
-    upper, lower = skeleton.ARMS[side]
-    (shoulder, elbow), wrist = skeleton.EDGES[upper], skeleton.EDGES[lower][1]
+    shoulder, wrist = (skeleton.EDGES[edge][end] for edge, end in zip(skeleton.ARMS[side], (0, 1), strict=True))
     far = [abs(each[wrist, 0] - each[shoulder, 0]) for each in (before, after)]
     assert far[0] > 0.26 and 0.13 < far[1] < 0.22 and abs(after[wrist, 1] - before[wrist, 1]) < 0.06
     assert not limits.backward_elbows(apply(hanging_aside, pose)).any()
     for near in (stretched(side, 90, -85), stretched(side, 90, -20)):
         np.testing.assert_array_equal(apply(hanging_aside, near), near)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_hand_that_is_flicked_up_or_let_fall_goes_less_far_and_beats_stay(side):
+    wrist = skeleton.EDGES[skeleton.ARMS[side][1]][1]
+
+    def heights(lifts):
+        poses = np.concatenate([stretched(side, 20, lift) for lift in lifts])
+        return (-skeleton.to_positions(each)[:, wrist, 1] for each in (poses, apply(brief_heights, poses)))
+
+    time = np.arange(90) / skeleton.FPS
+    for sign in (1, -1):
+        brief, long = (sign * 30 * np.exp(-0.5 * ((time - 3) / wide) ** 2) - 35 for wide in (0.15, 0.8))
+        before, after = heights(brief)
+        assert np.ptp(before) > 0.2 and np.ptp(after) < 0.8 * np.ptp(before)
+        before, after = heights(long)
+        assert np.ptp(before) > 0.2 and np.ptp(after) > 0.9 * np.ptp(before)
+    before, after = heights(4 * np.sin(2 * np.pi * 1.5 * time) - 35)
+    np.testing.assert_allclose(after, before, atol=1e-3)
 
 
 def test_arms_open_smoothly():
