@@ -15,7 +15,7 @@ RAISE_TIME = 0.5  # seconds before speech in which control returns to the networ
 
 _STEADY = np.array([-1, 4, 10, 4, -1]) / 16
 """Weights of five frames: flat up to beats (0.97 at 2 Hz, 0.88 at 3 Hz), nothing of what trembles from frame to frame."""
-_STILL, _HELD, _EASE = 17.0, 0.3, 0.15
+_STILL, _HELD, _EASE = 18.0, 0.3, 0.15
 """Degrees a second at which arms are hardly held still any more, seconds over which they are, and of which that is the mean."""
 _MAX_ANGLE = np.radians(170)  # from rest; beyond it interpolation to rest could flip direction
 _BOWED, _DEEPER, _LONG = 34.0, 8.0, 1.0

@@ -13,7 +13,7 @@ from .style_sequence import SIZE, StyleSequence
 
 _CALM, _CALM_EASE = 0.3, 0.2
 """Noise is reduced by this share in silence; seconds over which that sets in."""
-_CALMER, _LIVELIER = 0.36, 0.08
+_CALMER, _LIVELIER = 0.36, 0.1
 """... and by this share at an arousal of -1, mostly near it, and what it gains at 1: chance has most of the arms' movement, and
 calm bodies are to have little."""
 _OTHER_HAND, _LEADING_HAND = 1.2, 0.4
