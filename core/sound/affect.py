@@ -57,9 +57,9 @@ _MICROPHONE = 10.0
 is spoken in other noise was recorded elsewhere, often of another voice, and tells little of this one."""
 _DOUBT = 0.15
 """Seconds of voice at which half is believed."""
-_LEAST_VOICE, _FEWEST_NUCLEI, _PUREST = 0.1, 1.0, 19.0
-"""Seconds of voice and syllable nuclei in each second of sound below which nobody speaks, and decibels of harmonicity above
-which it is tones; voices have 10 to 17."""
+_LEAST_VOICE, _FEWEST_NUCLEI, _PUREST, _WHISPERED = 0.1, 1.0, 19.0, -25.0
+"""Seconds of voice and syllable nuclei in each second of sound below which nobody speaks, decibels of harmonicity above which
+it is tones (voices have 10 to 17), and of noise below which a voice whose tilt is unknown whispers: without any effort."""
 _HELD, _HALVED = 2.0, 6.0
 """Seconds that a mood is held after speech, and in which it halves after that: it outlasts the voice, as a body stays in its
 posture between two sentences; in a long silence nothing is known of it any more."""
@@ -84,9 +84,9 @@ def hear(
 def rate(units: Units, said: np.ndarray) -> np.ndarray:
     """Return the affect ``(u, 3)`` of each unit of speech, -1..1; ``said`` ``(u, 2)``: valence and dominance of its words."""
     heard, voice = _smooth(units)
-    scores = np.clip(np.nan_to_num((heard - _CENTRES) / _DEVIATIONS), -3, _LIMIT)
-    known = np.isfinite(heard[:, :_AROUSAL]).sum(1)
-    aroused = scores[:, :_AROUSAL].sum(1) / np.maximum(known, 1)
+    heard[np.isnan(heard[:, 0]) & (units.noise < _WHISPERED), 0] = -np.inf
+    scores = np.clip(np.nan_to_num((heard - _CENTRES) / _DEVIATIONS, neginf=-3), -3, _LIMIT)
+    aroused = scores[:, :_AROUSAL].sum(1) / np.maximum((~np.isnan(heard[:, :_AROUSAL])).sum(1), 1)
     valence = scores @ _VALENCE + _VALENCE_OF_AROUSAL * aroused - _CLEAN
     sound = np.stack([aroused - _ORDINARY, valence, scores @ _DOMINANCE], axis=1)
     nuclei, pure = heard[:, NAMES.index("nuclei")], heard[:, NAMES.index("harmonicity")]

@@ -43,7 +43,7 @@ def refine(
 
     Frames that are ``kept`` are put in, and led to; without any, ``given`` ones stay. Rules set in beside both."""
     result = np.array(directions, np.float32)
-    free = constraints.freedom(len(result), given if kept is None else kept.frames)
+    free = constraints.freedom(len(result), np.asarray(given if kept is None else kept.frames))
     body = Body(result)
     for rule in rules:
         result = body.directions.copy()

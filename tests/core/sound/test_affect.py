@@ -124,6 +124,13 @@ def test_without_a_voice_nothing_is_heard(sound):
     assert not hear(sound).any()
 
 
+def test_a_whisper_is_calm_and_noise_makes_no_voice_a_whisper(acted):
+    arousal = {name: hear(sound)[:, 0].mean() for name, sound in acted.items()}
+    assert arousal["sleepy"] < arousal["whisper"] < arousal["neutral"] - 0.3
+    for name in ("angry", "drunk", "surprised"):
+        assert hear(noisy(acted[name], 5))[:, 0].mean() > arousal["whisper"] + 0.4
+
+
 def test_creak_is_no_melody_that_pleases():
     def valence(semitones):
         features = affect._CENTRES.copy()[None]
