@@ -108,9 +108,8 @@ def change(action: bpy.types.Action, scene: bpy.types.Scene) -> Change | None:
     replaced = bool(written) or not sources.is_same_file(now["path"], before["path"])
     trimmed = not stretched and max(map(abs, apart.values())) >= _MIN_SHIFT
     longer = apart["left"] <= -_MIN_SHIFT or apart["right"] >= _MIN_SHIFT
-    start, place = origin["start"], origin["place"]
-    cut = place["first"] - start > now["left"] + 1 or place["last"] - start < now["right"] - 2  # no keys for what shows now
-    grown = trimmed and not replaced and longer and cut
+    first, last = (origin["place"][end] - origin["start"] for end in ("first", "last"))  # where there are keys
+    grown = trimmed and not replaced and longer and (first > now["left"] + 1 or last < now["right"] - 2)
     changes = Change(by if abs(by) >= _MIN_SHIFT else 0.0, trimmed, grown, stretched, replaced)
     return changes if any(changes) else None
 

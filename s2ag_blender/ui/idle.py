@@ -34,6 +34,7 @@ def idle_in_slices(
         named = [[getattr(one.s2ag, name) for name in names_with(indexed=True)] for one in armatures]  # style and seed
         for number, (armature, (style, seed)) in enumerate(zip(armatures, named, strict=True)):
             motion = pool.submit(idling.idle, seconds, style, seed + number, stillness, loop, rate)
+            yield number / len(armatures)
             while not motion.done():  # alone: beside it, keying would hold Blender for longer
                 yield number / len(armatures)
                 time.sleep(0.002)
