@@ -52,8 +52,8 @@ def _ease(edited: Motion, places: Sequence[frame_ranges.FrameRange], kept: np.nd
         free = ~kept[low:high]
         free[: start - low], free[len(free) - (high - stop) :] = False, False
         part = directions[low:high]
-        for edges in _SIDES:
-            part = _ease_arm(part, list(edges), free, top)
+        for side in range(len(_SIDES)):
+            part = _ease_arm(part, side, free, top)
         directions[low:high][free] = limits.enforce_limits(part)[free]
     hands = edited.hands
     for start, stop in places:
@@ -65,27 +65,27 @@ def _ease(edited: Motion, places: Sequence[frame_ranges.FrameRange], kept: np.nd
     return replace(edited, directions=directions, hands=hands)
 
 
-def _ease_arm(part: np.ndarray, edges: list[int], free: np.ndarray, top: Sequence[float]) -> np.ndarray:
+def _ease_arm(part: np.ndarray, side: int, free: np.ndarray, top: Sequence[float]) -> np.ndarray:
     """Move one arm in the ``free`` frames ``(n,)`` of ``part`` ``(n, 9, 3)`` as little as the limits ``top`` need.
 
-    ``edges`` are those of the arm, ``top`` the highest speed and acceleration of its wrist, in metres and frames."""
-    inner, result = np.flatnonzero(free), part.copy()
+    ``top`` is the highest speed and acceleration of its wrist, in metres and frames."""
+    inner, edges, result = np.flatnonzero(free), list(_SIDES[side]), part.copy()
     if not len(inner):
         return result
-    count = len(part)
     touched = [np.lib.stride_tricks.sliding_window_view(free, order + 1).any(1) for order in (1, 2)]
-    own = part[:, edges].reshape(count, -1).astype(float)
-    weights, side = [np.zeros(len(steps)) for steps in touched], [last for _, last in skeleton.ARMS].index(edges[-1])
+    own = part[:, edges].reshape(len(part), -1).astype(float)
+    weights = [np.zeros(len(steps)) for steps in touched]
     path = own.copy()
     for _ in range(_MAX_PASSES):
-        moved = (np.diff(skeleton.wrists(result)[:, side], n=order, axis=0) for order in (1, 2))
+        wrist = skeleton.wrists(result)[:, side]
+        moved = (np.diff(wrist, n=order, axis=0) for order in (1, 2))
         over = [steps & (np.linalg.norm(way, axis=-1) > most) for steps, way, most in zip(touched, moved, top, strict=True)]
         if not any(steps.any() for steps in over):
             break
         grown = [np.maximum(weight * _WEIGHT_GROWTH, _FIRST_WEIGHT) for weight in weights]
         weights = [np.where(steps, more, weight) for steps, more, weight in zip(over, grown, weights, strict=True)]
         path[inner] = _smooth(own, free, weights)[inner]
-        smoothed = skeleton.normalize(path.reshape(count, len(edges), 3))[inner].astype(part.dtype)
+        smoothed = skeleton.normalize(path.reshape(len(part), len(edges), 3))[inner].astype(part.dtype)
         result[np.ix_(inner, np.array(edges))] = smoothed
     return result
 

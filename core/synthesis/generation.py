@@ -63,7 +63,8 @@ def generate(
     kept = [frames for one in cast for frames in [one.given(heard.frames).frames] * len(one.latents)]
     calm = [rest.hold_still(rest.remove_jitter(*each), each[1]) for each in zip(drawn, kept, strict=True)]
     large = [rest.raise_head(rest.scale_amplitude(one, SIZE, pose)) for one, pose in zip(calm, poses, strict=True)]
-    arms = [refine.refine(one, rules=refine.DRAWN, given=at[1:].tolist()) for one, at in zip(large, kept, strict=True)]
+    given = [at[1:].tolist() for at in kept]  # without the start, which is always given
+    arms = [refine.refine(one, rules=refine.DRAWN, given=at) for one, at in zip(large, given, strict=True)]
     if extras.shape[-1] != hand_channels.SIZE:
         return GeneratedTakes(np.stack(arms), [None] * len(drawn))
     return GeneratedTakes(np.stack(arms), [rest.remove_jitter_of_numbers(*each) for each in zip(extras, kept, strict=True)])

@@ -68,9 +68,8 @@ def brief_heights(body: Body, free: np.ndarray) -> Iterator[Correction]:
     for arm in body.arms:
         low = dot(arm.wrist - arm.shoulder, arm.down)[0]
         near = sliding_window_view(np.pad(low, _BRIEF - 1, mode="edge"), _BRIEF)
-        up = sliding_window_view(near.max(1), _BRIEF).min(1) - low
-        dropped = low - sliding_window_view(near.min(1), _BRIEF).max(1)
-        back = bounded(up - _LITTLE, _LARGER) - bounded(dropped - _LITTLE, _LARGER)
+        below, above = (sliding_window_view(ends, _BRIEF) for ends in (near.max(1), near.min(1)))
+        back = bounded(below.min(1) - low - _LITTLE, _LARGER) - bounded(low - above.max(1) - _LITTLE, _LARGER)
         yield _led(arm, free * gaussian(back, 1.0), arm.down)
 
 
